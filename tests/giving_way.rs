@@ -215,3 +215,72 @@ fn steps_of_few_stages_end_where_what_rolls_meets_something() {
         }
     }
 }
+
+/// A crank turns at 6 rad/s and swings a rocker, which drives a wheel by a freewheel; dry friction holds the wheel while the rocker
+/// swings back. The freewheel closes at the dead centre of the rocker, where this stands still as the wheel does.
+fn ratchet(drag: f64) -> String {
+    let (crank, rod, rocker, base, angle): (f64, f64, f64, f64, f64) = (0.1, 0.4, 0.25, 0.4, 0.3);
+    let [ax, ay] = [crank * angle.cos(), crank * angle.sin()];
+    let [dx, dy] = [base - ax, -ay];
+    let far = dx.hypot(dy);
+    let along = (far * far + rod * rod - rocker * rocker) / (2.0 * far);
+    let across = (rod * rod - along * along).sqrt();
+    let [bx, by] = [ax + (along * dx - across * dy) / far, ay + (along * dy + across * dx) / far];
+    let hinge = |name: &str, bodies: [&str; 2], [x, y]: [f64; 2]| {
+        format!(
+            "[[joint]]\nname = \"{name}\"\ntype = \"revolute\"\nbodies = {bodies:?}\npoint = [{x:?}, {y:?}, 0]\naxis = [0, 0, 1]\n"
+        )
+    };
+    let body = |name: &str, [x, y]: [f64; 2]| {
+        format!(
+            "[[body]]\nname = \"{name}\"\nmass = 1\ninertia = [0.02, 0.02, 0.02]\nposition = [{x:?}, {y:?}, 0]\n\
+             velocity = [\"free\", \"free\", \"free\"]\nangular_velocity = [\"free\", \"free\", \"free\"]\n"
+        )
+    };
+    let on_base = |name: &str, kind: &str, bodies: [&str; 2], params: &str| {
+        format!(
+            "[[joint]]\nname = \"{name}\"\ntype = \"{kind}\"\nbodies = {bodies:?}\npoint = [{base:?}, 0, 0]\naxis = [0, 0, 1]\n{params}\n"
+        )
+    };
+    let speed = |name: &str, of: &str| {
+        format!("[[output]]\nname = \"{name}\"\nquantity = \"angular_velocity\"\nof = \"{of}\"\ncomponent = \"z\"\n")
+    };
+    [
+        "[plugins]\nlibraries = [\"joints\"]\n[simulation]\ngravity = [0, 0, 0]\nt_end = 2.5\noutput_step = 0.01\n".to_owned(),
+        body("crank", [0.0, 0.0]),
+        body("rod", [0.5 * (ax + bx), 0.5 * (ay + by)]),
+        body("rocker", [base, 0.0]),
+        body("wheel", [base, 0.0]).replace("angular_velocity = [\"free\", \"free\", \"free\"]\n", ""),
+        hinge("shaft", ["ground", "crank"], [0.0, 0.0]),
+        hinge("pin", ["crank", "rod"], [ax, ay]),
+        hinge("eye", ["rod", "rocker"], [bx, by]),
+        hinge("pivot", ["ground", "rocker"], [base, 0.0]),
+        hinge("axle", ["ground", "wheel"], [base, 0.0]),
+        "[[joint]]\nname = \"motor\"\ntype = \"rotation-driver\"\nbodies = [\"ground\", \"crank\"]\npoint = [0, 0, 0]\naxis = [0, 0, 1]\n\
+             params.angle = \"6 * t\"\n"
+            .to_owned(),
+        on_base("drag", "dry-friction", ["ground", "wheel"], &format!("params.torque = {drag:?}")),
+        on_base("hub", "freewheel", ["rocker", "wheel"], ""),
+        speed("rocker", "rocker"),
+        speed("wheel", "wheel"),
+    ]
+    .concat()
+}
+
+#[test]
+fn a_freewheel_closes_at_a_dead_centre_of_what_drives_it() {
+    // Friction that stops the wheel faster than the rocker ever slows down: one follows the other, or stands still.
+    for sets in [&[][..], &["simulation.method=\"radau5\""], &["simulation.formulation=\"cartesian\""]] {
+        let report = run(&ratchet(5.0), sets);
+        assert_eq!(report.exit_code(), 0, "{sets:?}: {}", report.summary.reason);
+        let [rocker, wheel] = ["rocker", "wheel"].map(|name| column(&report, name));
+        for (t, (rocker, wheel)) in report.times.iter().zip(rocker.iter().zip(wheel)) {
+            assert!((wheel - rocker.max(0.0)).abs() < 1e-6, "{sets:?}, t = {t}: {wheel} beside {rocker}");
+        }
+    }
+    // Friction that is slower: the wheel runs on ahead.
+    let report = run(&ratchet(0.5), &[]);
+    assert_eq!(report.exit_code(), 0, "{}", report.summary.reason);
+    let [rocker, wheel] = ["rocker", "wheel"].map(|name| column(&report, name));
+    assert!(rocker.iter().zip(wheel).all(|(rocker, wheel)| *wheel > rocker - 1e-9 && *wheel > -1e-9));
+}

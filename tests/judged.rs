@@ -211,3 +211,82 @@ fn friction_on_reactions_that_are_not_unique_is_suspect() {
         assert!(report.summary.not_unique.contains(&"load".to_owned()));
     }
 }
+
+/// A wheel on a track that is given by points, thrown beyond its last one, where the track arrives with a slope unless it ends level.
+fn track(points: &str) -> RunReport {
+    let text = format!(
+        r#"
+[plugins]
+libraries = ["joints"]
+[simulation]
+gravity = [0, 0, 0]
+t_end = 1
+output_step = 0.05
+[[body]]
+name = "wheel"
+mass = 1.0
+inertia = [0.1, 0.1, 0.1]
+position = [0.5, 0, 0.25]
+velocity = [2, 0, "free"]
+[[joint]]
+name = "track"
+type = "point-on-curve"
+bodies = ["ground", "wheel"]
+points = [[0, 0, 0], [0.5, 0, 0.25]]
+axis = [0, -1, 0]
+x_axis = [1, 0, 0]
+params.height = {points}
+"#
+    );
+    run(&text, &[])
+}
+
+#[test]
+fn the_curve_of_a_joint_is_named_where_a_body_passes_its_end() {
+    let kinked = track("[[-1, 1], [0, 0], [0.5, 0.25], [0.8, 0.5], [1, 1]]").summary;
+    assert_eq!((kinked.status, kinked.code), (Status::Suspect, Some(codes::CURVE_PASSED)));
+    let reason = &kinked.reason;
+    assert!(reason.starts_with("`track` passes the last point of the curve of `height` at x = 1 m"), "{reason}");
+    assert!(reason.contains("give points beyond the motion"), "{reason}");
+    let far = track("[[-1, 1], [0, 0], [0.5, 0.25], [0.8, 0.5], [1, 1], [4, 9]]").summary;
+    assert_eq!(far.status, Status::Completed, "{}", far.reason);
+    let level = "{ points = [[0, 0], [0.5, 0.25], [1, 0.5], [1.2, 0.5]], interpolation = \"monotone\" }";
+    let level = track(level).summary;
+    assert_eq!(level.status, Status::Completed, "{}", level.reason);
+}
+
+/// A stepping motor turns a weight that is off its axis: one iteration of an implicit method solves the motion, and not the work.
+#[test]
+fn work_is_integrated_as_well_as_the_motion_that_does_it() {
+    let text = r#"
+[plugins]
+libraries = ["joints"]
+[simulation]
+gravity = [0, 0, -9.81]
+t_end = 1
+output_step = 0.05
+tolerance = 1e-10
+[[body]]
+name = "rotor"
+mass = 3
+inertia = [0.1, 0.2, 0.1]
+com = [0.05, 0.02, 0]
+[[joint]]
+name = "hub"
+type = "revolute"
+bodies = ["ground", "rotor"]
+axis = [0, 1, 0]
+[[joint]]
+name = "motor"
+type = "stepper-rotation"
+bodies = ["ground", "rotor"]
+axis = [0, 1, 0]
+params = { angle = "3 * sin(3 * t)", step = 0.03, period = 0.02, frequency = 190, damping = 1 }
+"#;
+    for method in ["dop853", "radau5", "radau9"] {
+        let summary = run(text, &[&format!("simulation.method=\"{method}\"")]).summary;
+        assert_eq!(summary.status, Status::Completed, "{method}: {}", summary.reason);
+        let off = summary.audit.energy_error_relative;
+        assert!(off < 2e-8, "{method}: {off:.1e}");
+    }
+}

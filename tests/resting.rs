@@ -215,3 +215,21 @@ fn what_sticks_stays_and_the_rest_goes_to_its_equilibrium() {
     assert!((found.friction[0].share - 5.0 / 4.0).abs() < 1e-9 && !found.friction[0].holds, "{:?}", found.friction);
     assert!(found.outputs[0].value.abs() < 1e-9 && (found.outputs[1].value + 0.3).abs() < 1e-9, "{:?}", found.outputs);
 }
+
+/// A weight that slides, or screws itself, down an upright axis: how far a step may go does not decide whether it is found out.
+#[test]
+fn what_falls_along_a_joint_is_held_by_nothing() {
+    for (joint, reason) in [
+        ("type = \"translational\"", "nothing holds `weight`: it goes away"),
+        ("type = \"screw\"\nparams.pitch = 0.05", "what moves is held by nothing, or very far from here; `weight`"),
+    ] {
+        for x in [0.3, 1.0, 2.0] {
+            let text = format!(
+                "{HEAD}[[body]]\nname = \"weight\"\nmass = 1\ninertia = [1, 1, 1]\nposition = [{x:?}, 0, 0]\n\
+                 [[joint]]\nname = \"guide\"\n{joint}\nbodies = [\"ground\", \"weight\"]\npoint = [0, 0, 0]\naxis = [0, 0, 1]\n"
+            );
+            let error = statics::equilibrium(&open_text(&text, &[]), &mut |_| ()).map(|_| ()).unwrap_err();
+            assert!(error.to_string().contains(reason), "{joint}: {error}");
+        }
+    }
+}

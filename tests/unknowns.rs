@@ -322,3 +322,66 @@ fn nothing_flows_in_a_damper_that_keeps_its_length() {
         }
     }
 }
+
+#[test]
+fn a_damper_that_keeps_its_length_starts_from_rest() {
+    let passages = "params.area = 0.738\nparams.laminar_1 = 1.8e-6\nparams.turbulent_1 = 9.5\nparams.laminar_2 = 0.062\n\
+                    params.turbulent_2 = 0.325";
+    let at_rest = rigid_damper(passages).replace("angular_velocity = [1, 2, 0.4]", "");
+    let free = at_rest.replace("params.area = 0.738\n", "params.area = 1e-9\n");
+    let reference = try_run(&free, &["simulation.tolerance=1e-10"]).unwrap();
+    for method in ["dop853", "dopri5", "radau5"] {
+        let run = try_run(&at_rest, &[&format!("simulation.method=\"{method}\"")]).unwrap();
+        agree(&reference, &run, 1e-5, method);
+    }
+}
+
+/// A mass that falls from rest on two orifices, whose resistance is that of one of k = (k_1^-1/2 + k_2^-1/2)^-2: its speed is
+/// w tanh(g t / w), w^2 = m g / (k A^3).
+#[test]
+fn orifices_alone_share_the_flow_from_rest_on() {
+    let (mass, area, first, second): (f64, f64, f64, f64) = (3.0, 1e-3, 4e9, 9e9);
+    let one = (first.sqrt().recip() + second.sqrt().recip()).powi(-2);
+    let limit = (mass * 9.81 / (one * area.powi(3))).sqrt();
+    let text = format!(
+        r#"
+[plugins]
+libraries = ["odyn-joints", "odyn-forces"]
+[simulation]
+gravity = [9.81, 0, 0]
+t_end = 2
+output_step = 0.1
+[[body]]
+name = "body"
+mass = {mass}
+inertia = [1, 1, 1]
+position = [0.5, 0, 0]
+[[joint]]
+name = "guide"
+type = "translational"
+bodies = ["ground", "body"]
+axis = [1, 0, 0]
+[[force]]
+name = "damper"
+type = "hydraulic-damper"
+bodies = ["ground", "body"]
+points = [[0, 0, 0], [0.5, 0, 0]]
+params.area = {area}
+params.turbulent_1 = {first}
+params.turbulent_2 = {second}
+[[output]]
+name = "v"
+quantity = "velocity"
+of = "body"
+component = "x"
+"#
+    );
+    for method in ["dop853", "radau5"] {
+        let set = format!("simulation.method=\"{method}\"");
+        let run = try_run(&text, &[&set]).unwrap_or_else(|error| panic!("{method}: {error}"));
+        for (t, v) in run.times.iter().zip(&run.columns[0]) {
+            let expected = limit * (9.81 * t / limit).tanh();
+            assert!((v - expected).abs() < 1e-6 * limit, "{method}: {v} is not {expected} at {t}");
+        }
+    }
+}

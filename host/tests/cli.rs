@@ -270,6 +270,25 @@ fn tables_are_compared() {
 }
 
 #[test]
+fn a_table_that_lacks_what_it_is_judged_by_does_not_pass() {
+    let scratch = Scratch::new("compare-missing");
+    scratch.odyn("run brick.toml -o whole -q").ends_with(0);
+    let table = fs::read_to_string(scratch.0.join("whole/results.csv")).unwrap();
+    let lines: Vec<&str> = table.lines().collect();
+    fs::write(scratch.0.join("short.csv"), lines[..lines.len() - 2].join("\n") + "\n").unwrap();
+    let wider: Vec<String> = (lines.iter().enumerate())
+        .map(|(k, line)| format!("{line},{}", if k == 0 { "more".into() } else { k.to_string() }))
+        .collect();
+    fs::write(scratch.0.join("wide.csv"), wider.join("\n") + "\n").unwrap();
+    let short = scratch.odyn("compare short.csv wide.csv --tol 0").ends_with(7);
+    assert!(short.err().contains("A lacks of B: 2 rows, column more"), "{}", short.err());
+    scratch.odyn("compare short.csv wide.csv --tol 0 --allow-missing").ends_with(0);
+    scratch.odyn("compare wide.csv short.csv --tol 0").ends_with(0);
+    scratch.odyn("compare short.csv wide.csv").ends_with(0);
+    scratch.odyn("compare short.csv wide.csv --allow-missing").ends_with(2);
+}
+
+#[test]
 fn codes_are_explained() {
     let scratch = Scratch::new("explain");
     assert!(scratch.odyn("explain ody0203").ends_with(0).out().starts_with("ODY0203: "));

@@ -352,4 +352,6 @@ table! {
         "Results are written at the start and then every `output_step`; a step longer than the run leaves the row at the start alone, and figures such as `final` and `max` are those of the start. The run itself is computed up to its end. Give a shorter `output_step`, or the times that are wanted as `output_times`.";
     FAR_FROM_TIME_ZERO = "ODY0861", Assembly, "far from t = 0",
         "Numbers have 16 digits. A run of 3 s that begins at t = 1e9 s has times that are 1e-7 s apart: events and samples are no better known, and smaller steps are not possible. Let times count from the start of the run, `t - 1e9` in functions of time, or raise the tolerance.";
+    CURVE_PASSED = "ODY0883", Audit, "end of a joint's curve passed",
+        "The curve of a joint is held beyond its first and last point. Where it arrives there with a slope it has a kink, at which the velocity of the body that follows it is turned at once, without the impact that this would be: from then on the motion is not that of the scene. Give points beyond the motion, or let the curve end level: two equal values.";
 }

@@ -1,7 +1,5 @@
 //! Mass, centre and inertia of shapes of one density.
 
-use std::path::Path;
-
 use nalgebra::{Matrix3, Vector3};
 use odyn_run::results::Mesh;
 
@@ -62,10 +60,9 @@ fn triangles<'m>(mesh: &'m Mesh, scale: &'m Vector3<f64>) -> impl Iterator<Item 
     mesh.triangles.chunks_exact(3).map(move |triangle| [corner(triangle[0]), corner(triangle[1]), corner(triangle[2])])
 }
 
-/// Whether some of the surface of a mesh shows its back to the middle of the surface. A mesh that cannot be read does not.
-pub(crate) fn hides_from_its_middle(path: &Path, scale: &Vector3<f64>) -> bool {
-    let Ok(mesh) = Mesh::read(path, 1.0) else { return false };
-    let all = triangles(&mesh, scale);
+/// Whether some of the surface of a mesh shows its back to the middle of the surface.
+pub(crate) fn hides_from_its_middle(mesh: &Mesh, scale: &Vector3<f64>) -> bool {
+    let all = triangles(mesh, scale);
     let (mut area, mut middle) = (0.0, Vector3::zeros());
     for [a, b, c] in all.clone() {
         let own = (b - a).cross(&(c - a)).norm();
@@ -80,7 +77,10 @@ pub(crate) fn hides_from_its_middle(path: &Path, scale: &Vector3<f64>) -> bool {
 }
 
 /// The volume that triangles enclose, by tetrahedra from the origin to each (Mirtich 1996).
-fn of_mesh(mesh: &Mesh, scale: &Vector3<f64>, density: f64) -> Result<Solid, String> {
+///
+/// # Errors
+/// In words, where they enclose none.
+pub(crate) fn of_mesh(mesh: &Mesh, scale: &Vector3<f64>, density: f64) -> Result<Solid, String> {
     let (mut volume, mut first, mut second, mut size) = (0.0, Vector3::zeros(), Matrix3::zeros(), 0.0_f64);
     for corners in triangles(mesh, scale) {
         let six = corners[0].dot(&corners[1].cross(&corners[2]));

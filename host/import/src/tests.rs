@@ -465,3 +465,31 @@ fn what_resists_planar_and_floating_joints_is_listed() {
     }
     assert!(!imported.left_out.iter().any(|what| what.contains("puck")), "{:?}", imported.left_out);
 }
+
+/// MuJoCo gives a primitive shape with a mesh the size of the mesh, and reads no `size`: its mass is not known here.
+#[test]
+fn shapes_fitted_to_meshes_have_no_size_of_their_own() {
+    let of = |geom: &str, inertial: &str| {
+        let text = format!(
+            "<mujoco><asset><mesh name=\"m\" file=\"m.obj\"/></asset><worldbody><body><joint/>{inertial}{geom}</body></worldbody></mujoco>"
+        );
+        from_text(&text, Path::new(""), Path::new(""), &Options::default())
+    };
+    let given = "<inertial pos=\"0 0 0\" mass=\"1\" diaginertia=\"1 1 1\"/>";
+    for geom in ["<geom type=\"capsule\" mesh=\"m\"/>", "<geom type=\"box\" mesh=\"m\" size=\"1 1 1\"/>"] {
+        let refused = of(geom, "").unwrap_err();
+        let said: String = refused.iter().map(|one| one.message.as_str()).collect();
+        assert!(said.contains("is fitted to a mesh") && !said.contains("`size`"), "{said}");
+        let left_out = of(geom, given).unwrap().left_out;
+        assert!(left_out.iter().any(|what| what.contains("MuJoCo fits to mesh `m`")), "{left_out:?}");
+    }
+}
+
+#[test]
+fn what_is_left_out_is_said_once() {
+    let inside = "<gazebo/><sensor/><gazebo/><sensor/>";
+    let text = format!("<robot name=\"r\"><link name=\"a\"/>{inside}</robot>");
+    let left_out = from_text(&text, Path::new(""), Path::new(""), &Options::default()).unwrap().left_out;
+    assert_eq!(left_out[..2], ["<gazebo>: extensions of other programs", "<sensor>"]);
+    assert!(!left_out[2..].iter().any(|what| what.starts_with('<')), "{left_out:?}");
+}

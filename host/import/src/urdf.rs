@@ -169,7 +169,6 @@ impl Reader<'_> {
                 other => self.left_out.push(format!("<{other}>")),
             }
         }
-        self.left_out.dedup();
     }
 
     fn pose(&mut self, origin: Option<Node<'_, '_>>) -> Isometry3<f64> {

@@ -28,7 +28,8 @@ pub(crate) fn scene(mechanism: Mechanism, folder: &Path) -> Imported {
     };
     writer.whole(&mechanism);
     let Writer { text, mut left_out, coordinates, .. } = writer;
-    left_out.dedup();
+    let mut said = HashSet::new();
+    left_out.retain(|what| said.insert(what.clone()));
     let mut lines: String = format!("# {}\n", mechanism.title.replace(['\n', '\r'], " "));
     if !left_out.is_empty() {
         lines.push_str("#\n# Not carried over, or decided on the way:\n");

@@ -2,10 +2,11 @@
 //!
 //! - **Takes**: numbers, patterns, functions to call.
 //! - **Gives**: solutions of linear systems with their rank ([`linalg`]), steps of differential equations ([`integrate`]),
-//!   bounds that hold on a whole stretch ([`interval`]), numbers of twice the precision ([`precise`]).
+//!   bounds that hold on a whole stretch ([`interval`]), numbers of twice the precision ([`precise`]), reproducible random numbers ([`draw`]).
 //! - **May touch**: its own storage, and the states it is handed.
 //! - **Must not know**: mechanics, plugins, files.
 
+pub mod draw;
 pub mod integrate;
 pub mod interval;
 pub mod linalg;

@@ -210,7 +210,8 @@ Examples:
     Studio(Deferred<super::studio::StudioArgs>),
     /// Compare two tables of results: largest difference in each common column
     #[command(after_help = "\
-Rows are matched by time, columns by name. Differences are divided by the largest value of the column in B.
+Rows are matched by time, columns by name. Differences are divided by the largest value of the column in B. With --tol, a table
+without rows or columns that B has does not pass; what only A has is left out.
 
 Examples:
   odyn compare results/compressor/results.csv scenes/reference/compressor.csv
@@ -475,9 +476,12 @@ pub(super) struct CompareArgs {
     pub(super) a: PathBuf,
     /// Table to judge it by
     pub(super) b: PathBuf,
-    /// Largest relative difference that passes; beyond it the exit code is 7
+    /// Largest relative difference that passes; beyond it, or where A lacks rows or columns of B, the exit code is 7
     #[arg(long, value_name = "X", value_parser = not_negative, allow_negative_numbers = true)]
     pub(super) tol: Option<f64>,
+    /// With --tol, judge what both tables have, whatever else B has
+    #[arg(long, requires = "tol")]
+    pub(super) allow_missing: bool,
     /// Print JSON
     #[arg(long)]
     pub(super) json: bool,

@@ -22,11 +22,14 @@ pub(super) fn compare(args: &CompareArgs) -> Result<u8, Failure> {
         return Ok(exit::DONE);
     };
     let beyond: Vec<&str> = found.beyond(limit).map(|column| column.name.as_str()).collect();
-    if beyond.is_empty() {
-        return Ok(exit::DONE);
+    if !beyond.is_empty() {
+        eprintln!("beyond {limit:e}: {}", shown(&beyond.join(", ")));
     }
-    eprintln!("beyond {limit:e}: {}", shown(&beyond.join(", ")));
-    Ok(exit::AUDIT)
+    let missing = found.missing().filter(|_| !args.allow_missing);
+    if let Some(missing) = &missing {
+        eprintln!("A lacks of B: {}", shown(missing));
+    }
+    Ok(if beyond.is_empty() && missing.is_none() { exit::DONE } else { exit::AUDIT })
 }
 
 /// The table in a folder of results, or the path itself.

@@ -12,6 +12,9 @@
 //! | first passage | r_1 q_1 + k_1 q_1 abs(q_1) - p = 0 |
 //! | second passage | r_2 q_2 + k_2 q_2 abs(q_2) - p = 0 |
 //!
+//! Orifices alone (r_1 = r_2 = 0) share the flow in one proportion at any pressure: the second passage's condition is then
+//! sqrt(k_1) q_1 - sqrt(k_2) q_2 = 0, which determines both flows where they are zero, too.
+//!
 //! The force on body `j` is -A p e, its opposite acts on body `i`; A p v turns into heat.
 //!
 //! ## Signs
@@ -20,8 +23,7 @@
 //!
 //! ## Singular cases
 //!
-//! Where the points coincide the direction is not defined. A passage without laminar resistance does not determine its flow at zero
-//! pressure, and a start at rest is refused: give each a little.
+//! Where the points coincide the direction is not defined.
 //!
 //! ## Example
 //!
@@ -128,7 +130,11 @@ impl Element for HydraulicDamper {
         let [pressure, first, second] = [at.unknowns()[0], at.unknowns()[1], at.unknowns()[2]];
         out.push(first + second - speed * p.area);
         out.push(first * p.laminar_1 + first * first.abs() * p.turbulent_1 - pressure);
-        out.push(second * p.laminar_2 + second * second.abs() * p.turbulent_2 - pressure);
+        out.push(if p.laminar_1 + p.laminar_2 == 0.0 {
+            first * p.turbulent_1.sqrt() - second * p.turbulent_2.sqrt()
+        } else {
+            second * p.laminar_2 + second * second.abs() * p.turbulent_2 - pressure
+        });
     }
 }
 

@@ -18,7 +18,8 @@
 //! ## Singular cases
 //!
 //! A curve cannot turn back or stand upright (use `cam` for closed curves). Given by points it is a spline where `interpolation`
-//! says nothing else (`linear` and `steps` are refused); beyond them it continues straight at the end heights, with a kink there that a moving body cannot pass without a shock: give points well beyond the motion.
+//! says nothing else (`linear` and `steps` are refused); beyond them it continues straight at the end heights, with a kink there that a moving body
+//! cannot pass without a shock: a run that does is `suspect` (ODY0883). Give points well beyond the motion.
 //!
 //! ## Example
 //!

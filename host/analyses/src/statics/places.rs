@@ -1,6 +1,7 @@
 //! What is said of places: other starts than the scene's, reactions that are not unique, why there is no balance.
 
 use nalgebra::DVector;
+use odyn_numerics::draw::SplitMix64;
 
 use super::search::{Look, Search};
 
@@ -12,16 +13,9 @@ impl Search<'_> {
         self.grips.released.fill(true);
         self.close(Vec::new());
         self.project(&mut inputs)?;
-        // SplitMix64.
-        let mut state = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15);
-        let mut random = move || {
-            state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
-            let mut z = (state ^ state >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-            z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
-            ((z ^ z >> 31) >> 11) as f64 / (1_u64 << 53) as f64 * 2.0 - 1.0
-        };
+        let mut numbers = SplitMix64::new(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15));
         let n = self.layout.velocities();
-        let wish = DVector::from_fn(n, |k, _| if k % 6 < 3 { random() * self.length } else { random() * 3.0 });
+        let wish = DVector::from_fn(n, |k, _| numbers.either_way() * if k % 6 < 3 { self.length } else { 3.0 });
         for _ in 0..20 {
             let look = self.look(&mut inputs)?;
             let allowed = &look.freedom.basis * (&look.freedom.components * &wish) / 20.0;

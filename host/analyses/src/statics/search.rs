@@ -20,6 +20,10 @@ const MOST_STEPS: usize = 600;
 const MOST_ATTEMPTS: usize = 40;
 /// How much longer a step may be than the one before.
 const GROWTH: f64 = 4.0;
+/// Share of the longest step that one is made to take which would be longer.
+const NEARLY: f64 = 0.9;
+/// So many steps in turn that are about as long as they may be go where nothing holds.
+const ONWARD: usize = 50;
 /// What must be met at last, in these.
 const GOOD: f64 = 100.0;
 /// Violation of rows, as a share of the scene's size, that Newton steps continue from.
@@ -54,6 +58,14 @@ enum Down {
     At(Place),
     /// These frictions do not hold where it would be.
     Slips(Vec<Held>),
+}
+
+/// A step that was taken: to where, what acts there, of which size, and how long as a share of the longest.
+struct Step {
+    inputs: Vec<f64>,
+    look: Look,
+    size: f64,
+    reach: f64,
 }
 
 /// What is known at a place.
@@ -169,7 +181,7 @@ impl<'s> Search<'s> {
         self.close(closed);
         self.project(&mut inputs)?;
         let begin = inputs.clone();
-        let mut changes = 0;
+        let (mut changes, mut onward) = (0, 0);
         let mut size: Option<f64> = None;
         let (mut best, mut before) = ((f64::INFINITY, 0), 0.0);
         let mut look = self.look(&mut inputs)?;
@@ -193,7 +205,7 @@ impl<'s> Search<'s> {
                 Some(Err(why)) if worst > 1.0 => return Err(self.why(&look, &inputs, &why)),
                 step => step.and_then(Result::ok),
             };
-            let Some((next, after, taken)) = next else {
+            let Some(next) = next else {
                 let friction = self.held(&look, &mut inputs)?;
                 if friction.iter().any(|one| !one.holds) {
                     return Ok(Down::Slips(friction.into_iter().filter(|one| !one.holds).collect()));
@@ -220,8 +232,9 @@ impl<'s> Search<'s> {
                 let closed = self.in_force.clone();
                 return Ok(Down::At(Place { inputs, closed, steps, audit, not_unique, friction }));
             };
-            (inputs, look) = (next, after);
-            size = Some(taken * GROWTH);
+            (inputs, look) = (next.inputs, next.look);
+            size = Some(next.size * GROWTH);
+            onward = if next.reach > 1.0 / GROWTH { onward + 1 } else { 0 };
             let gaps = self.gap_values(&inputs)?;
             let struck: Vec<usize> =
                 (0..gaps.len()).filter(|k| gaps[*k] < -MET * self.length && !self.closed.contains(k)).collect();
@@ -249,7 +262,14 @@ impl<'s> Search<'s> {
                 ));
             }
         }
-        Err(self.why(&look, &inputs, &format!("loads are not in balance after {MOST_STEPS} steps")))
+        let mut reason = format!("loads are not in balance after {MOST_STEPS} steps");
+        if onward >= ONWARD {
+            reason += &format!(
+                ", and the last {onward} went about as far as a step may ({LONGEST} of the size of the scene or {WIDEST} rad): what moves is held \
+                 by nothing, or very far from here"
+            );
+        }
+        Err(self.why(&look, &inputs, &reason))
     }
 
     pub(super) fn rest(&self, inputs: &mut [f64]) {
@@ -344,8 +364,7 @@ impl<'s> Search<'s> {
     }
 
     /// A step of some size, s^2: a mass that nothing else holds moves by so much of the acceleration that its load would give it.
-    /// Gives the place, what acts there, and the size taken.
-    fn step(&mut self, inputs: &[f64], look: &Look, size: Option<f64>) -> Result<(Vec<f64>, Look, f64), String> {
+    fn step(&mut self, inputs: &[f64], look: &Look, size: Option<f64>) -> Result<Step, String> {
         use Direction as D;
         use Function as F;
         let e = &look.expansion;
@@ -386,8 +405,10 @@ impl<'s> Search<'s> {
             let (far, wide) = step.iter().enumerate().fold((0.0_f64, 0.0_f64), |(far, wide), (k, part)| {
                 if k % 6 < 3 { (far.max(part.abs()), wide) } else { (far, wide.max(part.abs())) }
             });
-            if far > LONGEST * self.length || wide > WIDEST {
-                size /= GROWTH;
+            let reach = (far / (LONGEST * self.length)).max(wide / WIDEST);
+            if reach > 1.0 {
+                // What nothing holds moves in proportion.
+                size *= (NEARLY / reach).max(1.0 / GROWTH);
                 why = format!("steps of {far:.1e} m and {wide:.1e} rad do not get shorter");
                 continue;
             }
@@ -424,7 +445,7 @@ impl<'s> Search<'s> {
                 size /= GROWTH;
                 continue;
             }
-            return Ok((next, after, size));
+            return Ok(Step { inputs: next, look: after, size, reach });
         }
         Err(why)
     }

@@ -1,9 +1,10 @@
 //! Shapes of MJCF and their masses.
 
 use std::collections::HashMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion, Vector3};
+use odyn_run::results::Mesh;
 use roxmltree::Node;
 
 use super::Reader;
@@ -82,7 +83,10 @@ impl<'a, 'i: 'a> Reader<'_, 'a, 'i> {
         let (weight, mistakes) = (self.weight(&of), self.found.diagnostics.len());
         let Some((form, pose)) = self.form(node, &of) else {
             if weight.is_some() && of.text("type") != Some("plane") && self.found.diagnostics.len() == mistakes {
-                self.mass_is_needed(node, "it has no file of its own, or is of a kind that is not read");
+                self.mass_is_needed(
+                    node,
+                    "it has no file of its own, is fitted to a mesh, or is of a kind that is not read",
+                );
             }
             return (None, None);
         };
@@ -96,13 +100,17 @@ impl<'a, 'i: 'a> Reader<'_, 'a, 'i> {
         if of.text("shellinertia") == Some("true") {
             self.left_out("mass on the surface of shapes (`shellinertia`): it is in their volume");
         }
-        if let Form::Mesh { path, scale } = &shape.form
-            && self.takes_mass_of_shapes(node)
-        {
-            self.mass_of_mesh(of, path, scale);
-        }
         let density = if let Weight::Density(density) = weight { density } else { 1.0 };
-        match solid::of_shape(shape, density) {
+        let found = match &shape.form {
+            Form::Mesh { path, scale } => Mesh::read(path, 1.0).and_then(|mesh| {
+                if self.takes_mass_of_shapes(node) {
+                    self.mass_of_mesh(of, &mesh, scale);
+                }
+                Ok(solid::of_mesh(&mesh, scale, density)?.moved(&shape.pose))
+            }),
+            _ => solid::of_shape(shape, density),
+        };
+        match found {
             Ok(solid) => Some(match weight {
                 Weight::Mass(mass) => Solid { mass, inertia: solid.inertia * (mass / solid.mass), ..solid },
                 Weight::Density(_) => solid,
@@ -125,12 +133,12 @@ impl<'a, 'i: 'a> Reader<'_, 'a, 'i> {
     }
 
     /// Reports a mesh whose mass MuJoCo does not take from the volume that it encloses, as is done here.
-    fn mass_of_mesh(&mut self, of: &Of<'a, 'i>, path: &Path, scale: &Vector3<f64>) {
+    fn mass_of_mesh(&mut self, of: &Of<'a, 'i>, file: &Mesh, scale: &Vector3<f64>) {
         let name = of.text("mesh").unwrap_or_default();
         let inertia = self.meshes.get(name).map_or("exact", |mesh| mesh.inertia.as_str());
         let said = match inertia {
             "exact" => return,
-            "legacy" if !solid::hides_from_its_middle(path, scale) => return,
+            "legacy" if !solid::hides_from_its_middle(file, scale) => return,
             "legacy" => {
                 "counts what is hidden from the middle of its surface more than once (`inertia` is \"legacy\")".into()
             }
@@ -167,6 +175,10 @@ impl<'a, 'i: 'a> Reader<'_, 'a, 'i> {
             };
             let form = Form::Mesh { path: mesh.path.clone(), scale: mesh.scale };
             return Some((form, pose * mesh.reference.inverse()));
+        }
+        if let Some(name) = of.text("mesh") {
+            self.left_out(format!("a {kind} that MuJoCo fits to mesh `{name}` (`mj_saveLastXML` writes its size)"));
+            return None;
         }
         let ends = self.found.list::<6>(of.get("fromto"));
         let mut length = size.get(1).map(|half| 2.0 * half);

@@ -74,7 +74,6 @@ pub(crate) fn read(root: Node<'_, '_>, folder: &Path, options: &Options, found: 
     }
     let touching = reader.touching.len() > 1;
     switches::apply(root, touching, &mut mechanism);
-    mechanism.left_out.dedup();
     mechanism
 }
 
@@ -93,10 +92,7 @@ struct Reader<'r, 'a, 'i> {
 
 impl<'a, 'i: 'a> Reader<'_, 'a, 'i> {
     fn left_out(&mut self, what: impl Into<String>) {
-        let what = what.into();
-        if !self.mechanism.left_out.contains(&what) {
-            self.mechanism.left_out.push(what);
-        }
+        self.mechanism.left_out.push(what.into());
     }
 
     fn options(&mut self, root: Node<'a, 'i>) {

@@ -4,6 +4,7 @@ use element_api::params::{ParamKind, ParamSpec, ParamType, Table as Params};
 use element_api::recording::Op;
 use element_api::{Descriptor, Kind, Recording};
 
+use super::tables;
 use super::types::{GridUse, Instance, Model};
 
 /// A value of an element that is looked at.
@@ -13,7 +14,7 @@ pub enum WatchedValue {
     Channel(usize),
     /// The margin of a check that it declares; may not become negative.
     Check(usize),
-    /// An argument of a grid, [`Instance::grids`]; may not leave it.
+    /// An argument of a grid, or of a curve of a joint, [`Instance::grids`]; may not leave it.
     Grid(usize),
 }
 
@@ -27,17 +28,18 @@ pub struct Watched {
 }
 
 impl Model {
-    /// What is looked at: arguments of grids; of elements with checks or a section in reports, all they report.
+    /// What is looked at: arguments of grids and of curves of joints; of elements with checks or a section in reports, all they report.
     #[must_use]
     pub fn watched(&self) -> Vec<Watched> {
         let of = |(element, instance): (usize, &Instance)| {
             let channels = if instance.has_section() { instance.class.channels.len() } else { 0 };
             let channels = (0..channels).map(WatchedValue::Channel);
-            let checks = (0..instance.class.checks.len()).map(WatchedValue::Check);
+            let checks = if instance.class.kind == Kind::Joint { 0 } else { instance.class.checks.len() };
+            let checks = (0..checks).map(WatchedValue::Check);
             let grids = (0..instance.grids.len()).map(WatchedValue::Grid);
             channels.chain(checks).chain(grids).map(move |value| Watched { element, value }).collect::<Vec<_>>()
         };
-        self.elements.iter().enumerate().filter(|(_, one)| one.class.kind != Kind::Joint).flat_map(of).collect()
+        self.elements.iter().enumerate().flat_map(of).collect()
     }
 }
 
@@ -49,11 +51,14 @@ impl Instance {
     }
 }
 
-/// The arguments with which an element looks up the grids that a scene gave it.
+/// The arguments with which an element looks up the grids that a scene gave it; of joints, the curves that end with a kink.
 pub(super) fn grids(class: &Descriptor, params: &Params, recording: &Recording) -> Vec<GridUse> {
     let mut found: Vec<GridUse> = Vec::new();
-    if class.kind == Kind::Joint || class.opaque {
+    if class.opaque {
         return found;
+    }
+    if class.kind == Kind::Joint {
+        return tables::kinked_ends(class, params, recording);
     }
     for spec in class.params.iter().filter(|spec| spec.kind == ParamKind::Surface) {
         let axis = |key: &str| params.get(&spec.name)?.get(key).and_then(Vec::<f64>::read_value);
@@ -74,7 +79,7 @@ pub(super) fn grids(class: &Descriptor, params: &Params, recording: &Recording) 
             let bounds = [list[0], list[list.len() - 1]];
             found.push(GridUse {
                 parameter: spec.name.clone(),
-                axis: name,
+                axis: name.into(),
                 unit: unit_of(spec, is_x),
                 argument,
                 bounds,

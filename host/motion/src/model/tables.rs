@@ -6,6 +6,7 @@ use element_api::recording::{Input, Op, Role};
 use element_api::{Descriptor, Interpolation, Kind, Outside, Recording, Table};
 
 use super::parameters;
+use super::types::GridUse;
 use crate::diagnostics::{Diagnostic, codes};
 use crate::scene::{ElementRecord, Scene};
 
@@ -75,25 +76,72 @@ impl Curve<'_> {
     }
 }
 
+fn curve_of<'a>(class: &'a Descriptor, params: &Params, table: &Table) -> Curve<'a> {
+    let given = |spec: &ParamSpec| {
+        if !matches!(spec.kind, ParamKind::Function | ParamKind::Curve) {
+            return None;
+        }
+        let value = params.get(&spec.name)?;
+        let points = Vec::<[f64; 2]>::read_value(value.get("points").unwrap_or(value))?;
+        let same = points.len() <= table.breaks.len() && points.iter().zip(&table.breaks).all(|(p, x)| p[0] == *x);
+        same.then_some((points, value))
+    };
+    let found = class.params.iter().find_map(|spec| Some((spec, given(spec)?)));
+    match found {
+        None => Curve { spec: None, points: Vec::new(), interpolation: None },
+        Some((spec, (points, value))) => {
+            let word = value.get("interpolation").and_then(toml::Value::as_str);
+            Curve { spec: Some(spec), points, interpolation: word.and_then(|word| word.parse().ok()) }
+        }
+    }
+}
+
+/// The tables that rows of a joint look up, each with the operation of its argument, ascending.
+fn tables_of_rows(recording: &Recording) -> Vec<(usize, u32)> {
+    let mut needed = vec![false; recording.ops.len()];
+    let is_row = |role: Role| matches!(role, Role::Residual(_) | Role::VelocityResidual(_));
+    let rows = recording.outputs.iter().filter(|output| is_row(output.role));
+    rows.for_each(|output| needed[output.node as usize] = true);
+    let mut used: Vec<(usize, u32)> = Vec::new();
+    for k in (0..needed.len()).rev() {
+        let Some(op) = Op::decode(recording.ops[k]).filter(|_| needed[k]) else { continue };
+        op.operands().for_each(|a| needed[a as usize] = true);
+        if let Op::Table(table, argument) = op {
+            used.push((table as usize, argument));
+        }
+    }
+    used.sort_unstable();
+    used.dedup();
+    used
+}
+
+fn is_time(recording: &Recording, argument: u32) -> bool {
+    recording.ops.get(argument as usize).and_then(|raw| Op::decode(*raw)) == Some(Op::Input(Input::Time))
+}
+
+/// Slopes at both ends of a table.
+fn end_slopes(table: &Table) -> [f64; 2] {
+    [table.pieces[0][1], Piece::of(table, table.pieces.len() - 1).last_slope]
+}
+
+/// Curves of a joint over its motion that end with a slope, beyond which they are held: their arguments may not pass these ends.
+pub(super) fn kinked_ends(class: &Descriptor, params: &Params, recording: &Recording) -> Vec<GridUse> {
+    let kinked = |(k, argument): (usize, u32)| {
+        let table = recording.tables.get(k).filter(|table| table.is_sound() && table.outside == Outside::Clamped)?;
+        let (curve, slopes) = (curve_of(class, params, table), end_slopes(table));
+        let spec = curve.spec.filter(|_| slopes != [0.0; 2] && !is_time(recording, argument))?;
+        let ends = [table.breaks[0], table.breaks[table.breaks.len() - 1]];
+        let bounds =
+            [0, 1].map(|end| if slopes[end] == 0.0 { [-f64::INFINITY, f64::INFINITY][end] } else { ends[end] });
+        let unit = spec.unit.split_once("->").map_or("", |(unit, _)| unit).trim().to_owned();
+        Some(GridUse { parameter: spec.name.clone(), axis: spec.variable.clone(), unit, argument, bounds })
+    };
+    tables_of_rows(recording).into_iter().filter_map(kinked).collect()
+}
+
 impl Subject<'_> {
     fn curve_of(&self, table: &Table) -> Curve<'_> {
-        let given = |spec: &ParamSpec| {
-            if !matches!(spec.kind, ParamKind::Function | ParamKind::Curve) {
-                return None;
-            }
-            let value = self.params.get(&spec.name)?;
-            let points = Vec::<[f64; 2]>::read_value(value.get("points").unwrap_or(value))?;
-            let same = points.len() <= table.breaks.len() && points.iter().zip(&table.breaks).all(|(p, x)| p[0] == *x);
-            same.then_some((points, value))
-        };
-        let found = self.class.params.iter().find_map(|spec| Some((spec, given(spec)?)));
-        match found {
-            None => Curve { spec: None, points: Vec::new(), interpolation: None },
-            Some((spec, (points, value))) => {
-                let word = value.get("interpolation").and_then(toml::Value::as_str);
-                Curve { spec: Some(spec), points, interpolation: word.and_then(|word| word.parse().ok()) }
-            }
-        }
+        curve_of(self.class, self.params, table)
     }
 
     fn place(&self, curve: &Curve<'_>) -> std::ops::Range<usize> {
@@ -164,25 +212,10 @@ impl Subject<'_> {
 
     /// Constraint equations are differentiated twice: a jump of value or slope asks for infinite forces.
     fn kinks_of_rows(&self, recording: &Recording) -> Vec<Diagnostic> {
-        let mut needed = vec![false; recording.ops.len()];
-        let rows = recording
-            .outputs
-            .iter()
-            .filter(|output| matches!(output.role, Role::Residual(_) | Role::VelocityResidual(_)));
-        rows.for_each(|output| needed[output.node as usize] = true);
-        let mut used: Vec<(usize, bool)> = Vec::new();
-        for k in (0..needed.len()).rev() {
-            let Some(op) = Op::decode(recording.ops[k]).filter(|_| needed[k]) else { continue };
-            op.operands().for_each(|a| needed[a as usize] = true);
-            if let Op::Table(table, argument) = op {
-                let argument = recording.ops.get(argument as usize).and_then(|raw| Op::decode(*raw));
-                let entry = (table as usize, argument == Some(Op::Input(Input::Time)));
-                if !used.contains(&entry) {
-                    used.push(entry);
-                }
-            }
-        }
+        let used = tables_of_rows(recording).into_iter().map(|(k, argument)| (k, is_time(recording, argument)));
+        let mut used: Vec<(usize, bool)> = used.collect();
         used.sort_unstable();
+        used.dedup();
         used.iter().filter_map(|(k, of_time)| self.kink(recording.tables.get(*k)?, *of_time)).collect()
     }
 
@@ -206,8 +239,7 @@ impl Subject<'_> {
         let simulation = &self.scene.simulation;
         let within = |x: f64| simulation.t_start < x && x < simulation.t_end;
         let (x, _) = table.kinks().find(|(x, order)| of_time && *order == 1 && is_end(*x) && within(*x))?;
-        let inner =
-            if x == first { table.pieces.first()?[1] } else { Piece::of(table, table.pieces.len() - 1).last_slope };
+        let inner = end_slopes(table)[usize::from(x != first)];
         let (before, after) = if x == first { (0.0, inner) } else { (inner, 0.0) };
         let message = format!(
             "`{name}`: {} {} at t = {} s, where the speed jumps from {} to {}{value}/s",

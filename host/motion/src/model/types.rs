@@ -152,7 +152,7 @@ pub struct Instance {
     pub inputs: Vec<Source>,
     /// The joints whose reactions it takes, as indices of elements.
     pub joints: Vec<usize>,
-    /// How it looks up the grids that the scene gave it.
+    /// How it looks up the grids that the scene gave it; of joints, curves that end with a kink.
     pub grids: Vec<GridUse>,
 }
 
@@ -161,13 +161,13 @@ pub struct Instance {
 pub struct GridUse {
     /// Name of the parameter.
     pub parameter: String,
-    /// `x` or `y`.
-    pub axis: &'static str,
+    /// `x` or `y`; of a curve, its variable.
+    pub axis: String,
     /// SI unit of the argument; may be empty.
     pub unit: String,
     /// The operation of the recording that computes it.
     pub argument: u32,
-    /// First and last value of the grid.
+    /// First and last value of the grid; infinite where a curve ends level.
     pub bounds: [f64; 2],
 }
 

@@ -5,6 +5,7 @@
 
 use element_api::recording::{Input, Role};
 use nalgebra::{Matrix3, Vector3};
+use odyn_numerics::draw::SplitMix64;
 use rustc_hash::FxHashMap;
 
 use super::decide::Reaction;
@@ -186,7 +187,5 @@ fn changed(instance: &Instance, rotations: &[Matrix3<f64>], direction: &[(Input,
 fn drawn(input: Input, k: usize) -> f64 {
     let mut hasher = rustc_hash::FxHasher::default();
     std::hash::Hash::hash(&(input, k), &mut hasher);
-    // The middle bits of the hash are the best mixed.
-    let bits = std::hash::Hasher::finish(&hasher).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 11;
-    bits as f64 / (1u64 << 52) as f64 - 1.0
+    SplitMix64::new(std::hash::Hasher::finish(&hasher)).either_way()
 }

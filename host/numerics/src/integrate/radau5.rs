@@ -16,8 +16,8 @@ use super::run::{Run, Trouble, all_finite};
 use super::steps::{self, Adaptive, End, Fault, Stepper};
 use super::{Integrator, StopReason};
 
-/// Relative change of the state by the last iteration up to which it does for sums, too: their rates bend more than the others,
-/// and where one iteration solves all the rest, it does not solve these.
+/// Relative change of the state by the last iteration up to which it does for sums, too, if it is within the tolerance: their rates bend
+/// more than the others, and where one iteration solves all the rest, by a Jacobian of long ago, it does not solve these.
 const SUMS_ACCURACY: f64 = 1e-7;
 /// Share of a step within which it is made to end at a sample rather than beside it.
 const NEAR_SAMPLE: f64 = 0.01;
@@ -219,8 +219,9 @@ impl<const S: usize> Radau<S> {
             last = change.max(f64::MIN_POSITIVE);
             if self.control.convergence * change <= self.control.newton {
                 self.control.iterations = iteration;
-                if change * self.control.test * run.system.tolerance().unwrap_or(1.0) > SUMS_ACCURACY && sums < y.len()
-                {
+                let tolerance = run.system.tolerance().unwrap_or(1.0);
+                let changed = change * self.control.test * tolerance;
+                if changed > SUMS_ACCURACY.min(tolerance) && sums < y.len() {
                     for (i, c) in self.tableau.c.iter().enumerate() {
                         for ((argument, start), z) in self.argument.iter_mut().zip(y).zip(&self.z[i]) {
                             *argument = start + z;

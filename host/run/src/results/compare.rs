@@ -188,6 +188,15 @@ impl Comparison {
         self.columns.iter().filter(move |column| column.relative > limit)
     }
 
+    /// What the second table has and the first lacks: rows, then columns by name.
+    #[must_use]
+    pub fn missing(&self) -> Option<String> {
+        let rows = (self.rows_only_in_b > 0).then(|| count(self.rows_only_in_b, "row"));
+        let columns = self.columns_only_in_b.iter().map(|name| format!("column {name}"));
+        let all: Vec<String> = rows.into_iter().chain(columns).collect();
+        (!all.is_empty()).then(|| all.join(", "))
+    }
+
     /// As indented JSON, with a newline at the end.
     #[must_use]
     pub fn to_json(&self) -> String {

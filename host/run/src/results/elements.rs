@@ -65,7 +65,7 @@ pub struct ElementCheck {
     pub unique: bool,
 }
 
-/// The arguments with which an element looked up a grid.
+/// The arguments with which an element looked up a grid, or a joint a curve that ends with a slope.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct GridRange {
     /// Name of the parameter.
@@ -78,6 +78,9 @@ pub struct GridRange {
     /// First time outside.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub first: Option<f64>,
+    /// Whether it is a curve of a joint, which bodies cannot follow beyond its ends.
+    #[serde(skip)]
+    pub of_joint: bool,
 }
 
 impl ElementRecord {
@@ -97,7 +100,7 @@ impl ElementRecord {
 
     /// Grids that were left, in words.
     pub fn left_grids(&self, time_unit: &str) -> impl Iterator<Item = String> {
-        self.grids.iter().filter(|grid| grid.first.is_some()).map(move |grid| {
+        self.grids.iter().filter(|grid| !grid.of_joint && grid.first.is_some()).map(move |grid| {
             let ValueRange { name, unit, smallest, largest, .. } = &grid.argument;
             let [from, to] = grid.grid.map(|bound| significant(bound, 6));
             let range = [*smallest, *largest].map(|value| significant(value, 6));
@@ -108,6 +111,23 @@ impl ElementRecord {
                  first outside at t = {first}",
                 self.element, grid.parameter, range[0], range[1]
             )
+        })
+    }
+
+    /// Curves of a joint that bodies left by an end with a slope, in words.
+    pub fn passed_ends(&self, time_unit: &str) -> impl Iterator<Item = String> {
+        self.grids.iter().filter(|grid| grid.of_joint).filter_map(move |grid| {
+            let ValueRange { name, unit, smallest, .. } = &grid.argument;
+            let first = with_unit(grid.first?, time_unit);
+            let (which, end) = if *smallest < grid.grid[0] { ("first", grid.grid[0]) } else { ("last", grid.grid[1]) };
+            Some(format!(
+                "`{}` passes the {which} point of the curve of `{}` at {name} = {} (t = {first}), where it arrives with a slope and continues \
+                 level: the velocity is turned there without an impact; give points beyond the motion, or let the curve end level (two \
+                 equal values)",
+                self.element,
+                grid.parameter,
+                with_unit(end, unit)
+            ))
         })
     }
 }

@@ -296,6 +296,11 @@ impl Summary {
         }
     }
 
+    /// Makes it that of a run that failed.
+    pub(crate) fn fail(&mut self, reason: String, code: Option<Code>) {
+        (self.status, self.reason, self.code) = (Status::Failed, reason, code);
+    }
+
     /// Writes the summary in one move: a reader sees the former file or this one, never a part.
     ///
     /// # Errors

@@ -92,9 +92,7 @@ impl Session {
 
 fn fail(summary: &mut Summary, error: &SessionError) {
     let first = error.diagnostics.first();
-    summary.status = Status::Failed;
-    summary.reason = first.map(|first| first.message.clone()).unwrap_or_default();
-    summary.code = first.map(|first| first.code);
+    summary.fail(first.map(|first| first.message.clone()).unwrap_or_default(), first.map(|first| first.code));
 }
 
 /// Ends the summary in the folder of a run that does not begin: it would count as running for ever.

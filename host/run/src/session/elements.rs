@@ -6,6 +6,7 @@ use crate::diagnostics::codes;
 use crate::model::{Watched, WatchedValue};
 use crate::results::{ElementCheck, ElementRecord, GridRange, Summary, ValueRange};
 use crate::scene::{Dimension, parse_unit};
+use element_api::descriptor::Kind;
 
 impl Session {
     /// The records of elements, from what was seen of what [`crate::model::Model::watched`] lists.
@@ -19,7 +20,7 @@ impl Session {
                     element: instance.name.clone(),
                     type_name: instance.class.name.clone(),
                     library: instance.library.clone(),
-                    text: instance.class.report.clone(),
+                    text: if instance.has_section() { instance.class.report.clone() } else { String::new() },
                     ..ElementRecord::default()
                 });
             }
@@ -49,9 +50,10 @@ impl Session {
                     let (factor, _) = self.unit_of(&grid.unit);
                     let range = GridRange {
                         parameter: grid.parameter.clone(),
-                        argument: self.range(grid.axis, &grid.unit, seen),
+                        argument: self.range(&grid.axis, &grid.unit, seen),
                         grid: grid.bounds.map(|bound| bound / factor),
                         first: seen.first.map(|t| t / self.unit_of_time()),
+                        of_joint: instance.class.kind == Kind::Joint,
                     };
                     // Computed twice by the element, it is the same argument.
                     if !record.grids.contains(&range) {

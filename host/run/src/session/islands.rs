@@ -397,9 +397,7 @@ impl Session {
 
     /// Writes into the summary that a file could not be written.
     fn not_written(&self, summary: &mut Summary, error: &ResultsError) -> SessionError {
-        summary.status = Status::Failed;
-        summary.reason = error.to_string();
-        summary.code = Some(error.code());
+        summary.fail(error.to_string(), Some(error.code()));
         summary.t_end_reached = summary.islands.iter().map(|island| island.t_end_reached).fold(summary.t_end, f64::min);
         self.files_error(error)
     }

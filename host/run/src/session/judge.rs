@@ -129,6 +129,14 @@ impl Session {
     }
 
     fn judge_by(&self, summary: &mut Summary, name: &dyn Fn(&Excess) -> Option<String>) {
+        let unit = summary.time_unit.clone();
+        let passed: Vec<String> = summary.elements.iter().flat_map(|one| one.passed_ends(&unit)).collect();
+        for reason in passed {
+            match summary.audit_limits {
+                Some(_) => summary.suspect(codes::CURVE_PASSED, &reason),
+                None => summary.warnings.push(format!("{}: {reason}", codes::CURVE_PASSED)),
+            }
+        }
         let beyond = summary.audit_limits.map(|limits| summary.audit.beyond(&limits)).unwrap_or_default();
         for (k, excess) in beyond.iter().enumerate() {
             // One advice is enough: what helps against the worst may well help against the others.

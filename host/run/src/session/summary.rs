@@ -183,14 +183,15 @@ impl Session {
                 None
             }
             Err(error) => {
-                summary.status = Status::Failed;
-                summary.reason = error.to_string();
-                if let Some(error) = files.take() {
-                    summary.code = Some(error.code());
-                    return Some(self.files_error(&error));
-                }
-                let error = self.integration_error(&error);
-                summary.code = error.diagnostics.first().map(|diagnostic| diagnostic.code);
+                let reason = error.to_string();
+                let (code, error) = match files.take() {
+                    Some(error) => (Some(error.code()), self.files_error(&error)),
+                    None => {
+                        let error = self.integration_error(&error);
+                        (error.diagnostics.first().map(|first| first.code), error)
+                    }
+                };
+                summary.fail(reason, code);
                 Some(error)
             }
         }

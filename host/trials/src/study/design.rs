@@ -1,5 +1,7 @@
 //! Designs: points that fill ranges of several keys, few as they are.
 
+use odyn_numerics::draw::SplitMix64;
+
 use super::points::Points;
 use super::sobol::{self, MOST_DIMENSIONS};
 use super::vary::Span;
@@ -51,11 +53,9 @@ impl Points {
             .iter()
             .enumerate()
             .map(|(k, span)| match design {
-                Design::LatinHypercube { seed, .. } => {
-                    latin(count, &mut Lot::new(seed, k)).map(|u| span.at(u)).collect()
-                }
+                Design::LatinHypercube { seed, .. } => latin(count, &mut lot(seed, k)).map(|u| span.at(u)).collect(),
                 Design::Sobol { seed, .. } => {
-                    let shift = seed.map_or(0, |seed| (Lot::new(seed, k).next() >> 32) as u32);
+                    let shift = seed.map_or(0, |seed| (lot(seed, k).bits() >> 32) as u32);
                     sobol::coordinates(k, count, shift).map(|u| span.at(u)).collect()
                 }
             })
@@ -66,7 +66,7 @@ impl Points {
 }
 
 /// One number in each of `count` parts of [0, 1), in an order drawn by lot (Fisher & Yates).
-fn latin(count: usize, lot: &mut Lot) -> impl Iterator<Item = f64> {
+fn latin(count: usize, lot: &mut SplitMix64) -> impl Iterator<Item = f64> {
     let mut parts: Vec<usize> = (0..count).collect();
     for k in (1..count).rev() {
         parts.swap(k, lot.below(k + 1));
@@ -74,32 +74,8 @@ fn latin(count: usize, lot: &mut Lot) -> impl Iterator<Item = f64> {
     parts.into_iter().map(move |part| (part as f64 + lot.share()) / count as f64)
 }
 
-/// Reproducible numbers (SplitMix64: Steele, Lea & Flood, Fast splittable pseudorandom number generators, 2014).
-struct Lot(u64);
-
-impl Lot {
-    /// A sequence for each key.
-    fn new(seed: u64, key: usize) -> Self {
-        let mut lot = Self(seed);
-        let own = lot.next();
-        Self(own ^ (key as u64).wrapping_mul(0xd1b5_4a32_d192_ed03))
-    }
-
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    /// In [0, 1), a multiple of 2^-53.
-    fn share(&mut self) -> f64 {
-        (self.next() >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
-    /// Below `count`; the bias, `count` / 2^64, is of no importance.
-    fn below(&mut self, count: usize) -> usize {
-        ((u128::from(self.next()) * count as u128) >> 64) as usize
-    }
+/// A sequence for each key.
+fn lot(seed: u64, key: usize) -> SplitMix64 {
+    let own = SplitMix64::new(seed).bits();
+    SplitMix64::new(own ^ (key as u64).wrapping_mul(0xd1b5_4a32_d192_ed03))
 }

@@ -265,6 +265,11 @@ impl Decision<'_> {
         let bound = self.meeting.bound(one.bound, p);
         let (none, way) = self.none(one, p);
         if one.sticks() {
+            // Others that are closed or stick may make it move, whatever it takes up.
+            let moved = grip.free(rate);
+            if norm(moved) > 2.0 * none {
+                return Some(unit(moved));
+            }
             let beyond = (norm(force) - bound) * way;
             let slides = norm(force) > 0.0 && beyond > if grip.stuck { -none } else { none };
             let along = grip.free(force);

@@ -105,7 +105,8 @@ fn bounds(model: &Model, watched: &Watched) -> [f64; 2] {
         WatchedValue::Check(_) => [0.0, f64::INFINITY],
         WatchedValue::Grid(k) => {
             let [low, high] = model.elements[watched.element].grids[k].bounds;
-            let least = OUTSIDE * (high - low);
+            let length = if (high - low).is_finite() { high - low } else { low.abs().min(high.abs()) };
+            let least = OUTSIDE * length;
             [low - least, high + least]
         }
     }
