@@ -472,7 +472,7 @@ impl Equations {
         } else {
             self.add_unknowns_of_joint(index, element, frames, layout);
             let nodes = import(&mut self.graph, recording, provide);
-            self.elements[index].grids = element.grids.iter().map(|grid| nodes[grid.argument as usize]).collect();
+            self.element_mut(index).grids = element.grids.iter().map(|grid| nodes[grid.argument as usize]).collect();
             (recording.outputs.iter().map(|o| (o.role, nodes[o.node as usize])).collect(), None)
         };
         for (role, node) in &values {
