@@ -409,7 +409,7 @@ fn contacts_stay_closed_far_from_the_origin() {
             let report = run(&text, &[&sets[0], &sets[1]]);
             let parts = |kind: EventKind| report.events.iter().any(|event| event.kind == kind);
             assert!(!parts(EventKind::Opens) && !parts(EventKind::Impact), "{share} {sets:?}: {:?}", report.events);
-            assert!((report.events.last().unwrap().time - time).abs() < 1e-9, "{share} {sets:?}: {:?}", report.events);
+            assert!((report.events.last().unwrap().time - time).abs() < 1e-8, "{share} {sets:?}: {:?}", report.events);
             assert!((column(&report, "x")[2] - x - time).abs() < 1e-8, "{share} {sets:?}");
         }
     }
