@@ -100,6 +100,21 @@ impl Coupling {
         }
     }
 
+    /// Steps of difference quotients along each of z, as shares of the whole solution that the inputs hold: where z is but a small part
+    /// of that, what a step of its own size changes of F is round-off. Where F is not linear, of the largest of z.
+    pub(super) fn steps(&self, inputs: &[f64], share: f64) -> Vec<f64> {
+        let of_z = largest(&self.z);
+        let [accelerations, multipliers] =
+            [&self.accelerations, &self.multipliers].map(|all| largest(&inputs[all.clone()]));
+        let size = |slot: &usize| match (self.linear, *slot >= self.multipliers.start) {
+            (false, _) => of_z,
+            (true, true) => multipliers,
+            (true, false) => accelerations,
+        };
+        let step = |size: f64| if size > f64::MIN_POSITIVE { share * size } else { share };
+        self.slots.iter().map(|slot| step(size(slot))).collect()
+    }
+
     /// Starts from nothing next time.
     pub(super) fn forget(&mut self) {
         self.started = false;
@@ -352,14 +367,13 @@ impl BodyCoupling {
 mod tests {
     use super::*;
 
-    /// Where F is nothing to round-off, z is not compared with it without end.
-    #[test]
-    fn a_solution_that_is_nothing_is_found() {
+    /// The second of two multipliers, of which these count.
+    fn of_one(z: f64, multipliers: Range<usize>) -> Coupling {
         let mut coupling = Coupling {
-            slots: vec![0],
-            peers: std::iter::once(0..1).collect(),
-            accelerations: 1..2,
-            multipliers: 0..1,
+            slots: vec![1],
+            peers: std::iter::once(1..2).collect(),
+            accelerations: 2..3,
+            multipliers,
             z: vec![0.0],
             step: vec![0.0],
             matrix: FullPivLu::new(1, 1e-14),
@@ -370,22 +384,44 @@ mod tests {
             found: vec![f64::NAN],
             unbalanced: 0.0,
         };
-        coupling.start_from(&Some(vec![1e-3]));
-        // F(z) = 0.06 z, as the difference of what is larger.
-        let solution = |z: f64| (1.0 + 0.06 * z) - 1.0;
-        let mut inputs = [0.0, 1.0];
+        coupling.start_from(&Some(vec![z]));
+        coupling
+    }
+
+    /// Iterations until z agrees with F(z), whose derivative `slope` gives for the inputs and the size of the steps along z.
+    fn iterations(coupling: &mut Coupling, solution: impl Fn(f64) -> f64, slope: impl Fn(f64, f64) -> f64) -> usize {
+        let mut inputs = [1.0, 0.0, 1.0];
         coupling.begin(&mut inputs);
         loop {
-            inputs[0] = solution(inputs[0]);
+            let z = inputs[1];
+            inputs[1] = solution(z);
+            let step = coupling.steps(&inputs, 1e-7)[0];
             let slopes = |_: &mut [f64], matrix: &mut [f64]| {
-                matrix.copy_from_slice(&[0.06]);
+                matrix[0] = slope(z, step);
                 Ok(())
             };
             let agrees = coupling.advance(&mut inputs, &mut Counters::default(), slopes);
             if agrees.expect("a solution") {
-                break;
+                return coupling.iteration;
             }
         }
-        assert!(inputs[0].abs() < 1e-15 && coupling.iteration < 10, "{:e}, {}", inputs[0], coupling.iteration);
+    }
+
+    /// Where F is nothing to round-off, z is not compared with it without end.
+    #[test]
+    fn a_solution_that_is_nothing_is_found() {
+        let mut coupling = of_one(1e-3, 1..2);
+        // F(z) = 0.06 z, as the difference of what is larger.
+        let count = iterations(&mut coupling, |z| (1.0 + 0.06 * z) - 1.0, |_, _| 0.06);
+        assert!(coupling.z[0].abs() < 1e-15 && count < 10, "{:e}, {count}", coupling.z[0]);
+    }
+
+    /// What is but a small part of the solution is not differentiated along steps of its own size.
+    #[test]
+    fn difference_quotients_are_not_round_off_where_a_solution_is_small() {
+        let solution = |z: f64| (1.0 + 1e-9 - 3.0 * z) - 1.0;
+        let mut coupling = of_one(1e-9, 0..2);
+        let count = iterations(&mut coupling, solution, |z, step| (solution(z + step) - solution(z)) / step);
+        assert!((coupling.z[0] - 2.5e-10).abs() < 1e-15 && count < 6, "{:e}, {count}", coupling.z[0]);
     }
 }

@@ -141,12 +141,11 @@ impl JointForm {
         loop {
             let guess: Vec<f64> = dependence.slots.iter().map(|slot| self.motion.inputs[*slot]).collect();
             solve(&mut self.motion.inputs)?;
+            let steps = coupling.steps(&self.motion.inputs, DIFFERENCE);
             let slopes = |inputs: &mut [f64], matrix: &mut [f64]| -> Result<(), AnalysisError> {
                 let mut there = inputs.to_vec();
-                let size = guess.iter().fold(0.0_f64, |size, z| size.max(z.abs()));
-                for (k, column) in matrix.chunks_exact_mut(guess.len()).enumerate() {
+                for ((k, step), column) in steps.iter().enumerate().zip(matrix.chunks_exact_mut(guess.len())) {
                     dependence.slots.iter().zip(&guess).for_each(|(slot, z)| there[*slot] = *z);
-                    let step = if size > 0.0 { DIFFERENCE * size } else { DIFFERENCE };
                     there[dependence.slots[k]] += step;
                     solve(&mut there)?;
                     for (slot, entry) in dependence.slots.iter().zip(column) {
