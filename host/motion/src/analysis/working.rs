@@ -7,10 +7,10 @@ mod parts;
 mod project;
 mod solve;
 
-pub(super) use engine::clusters;
-pub use engine::sparse_engine;
 use std::sync::Arc;
 
+pub(super) use engine::clusters;
+pub use engine::sparse_engine;
 use engine::{Engine, FUNCTIONS, Solution, Source};
 pub use parts::WorkingParts;
 
