@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::Request;
 use crate::diagnostics::{Diagnostic, codes, suggest};
-use crate::results::Table;
+use crate::results::{Table, name_and_unit};
 use crate::scene::{Dimension, UnitError, parse_unit};
 use crate::session::Session;
 
@@ -91,7 +91,7 @@ impl Data {
             let error = refused(format!("t = {time} {label} is measured, the scene runs from {from} to {to} {label}"));
             return Err(Box::new(error.help("times are in the scene's unit; `--t-end` lets the scene run longer")));
         }
-        let headers: Vec<(String, Option<String>)> = table.names.iter().map(|name| header(name)).collect();
+        let headers: Vec<(String, Option<String>)> = table.names.iter().map(|name| name_and_unit(name)).collect();
         let wanted: Vec<(String, String)> = if request.columns.is_empty() {
             headers.iter().map(|(name, _)| (name.clone(), name.clone())).collect()
         } else {
@@ -168,25 +168,4 @@ fn in_unit_of_scene(table: &mut Table, session: &Session) -> Result<(), Refused>
         table.times.iter_mut().for_each(|time| *time *= factor);
     }
     Ok(())
-}
-
-/// Name and unit of `x_p [mm]`.
-fn header(text: &str) -> (String, Option<String>) {
-    match text.strip_suffix(']').and_then(|text| text.rsplit_once('[')) {
-        Some((name, unit)) if !name.trim().is_empty() => (name.trim().to_owned(), Some(unit.trim().to_owned())),
-        _ => (text.trim().to_owned(), None),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::header;
-
-    #[test]
-    fn headers_have_units_in_brackets() {
-        assert_eq!(header("x_p [mm]"), ("x_p".to_owned(), Some("mm".to_owned())));
-        assert_eq!(header(" x_p "), ("x_p".to_owned(), None));
-        assert_eq!(header("[mm]"), ("[mm]".to_owned(), None));
-        assert_eq!(header("a[1] [N m]"), ("a[1]".to_owned(), Some("N m".to_owned())));
-    }
 }

@@ -237,13 +237,19 @@ fn whole_lines(file: &mut File) -> io::Result<u64> {
     Ok(end)
 }
 
+/// Name and unit of `x_p [mm]`.
+#[must_use]
+pub fn name_and_unit(header: &str) -> (String, Option<String>) {
+    match header.strip_suffix(']').and_then(|text| text.rsplit_once('[')) {
+        Some((name, unit)) if !name.trim().is_empty() => (name.trim().to_owned(), Some(unit.trim().to_owned())),
+        _ => (header.trim().to_owned(), None),
+    }
+}
+
 /// The unit behind the name of times, if it is one.
-fn unit_of_times(name: &str) -> Option<Option<String>> {
-    let (word, unit) = match name.strip_suffix(']').and_then(|name| name.split_once('[')) {
-        Some((word, unit)) => (word.trim(), Some(unit.trim().to_owned())),
-        None => (name, None),
-    };
-    TIME_NAMES.contains(&word).then_some(unit)
+fn unit_of_times(header: &str) -> Option<Option<String>> {
+    let (name, unit) = name_and_unit(header);
+    TIME_NAMES.contains(&name.as_str()).then_some(unit)
 }
 
 /// Which column has the times; the error says what is wrong with the names.
