@@ -322,7 +322,7 @@ fn nominal_values_of_states_are_of_the_size_of_the_machine() {
         let fmu = Fmu::new(&machine(of_text(&text), None, "rk4"), version, both).unwrap();
         let found = fmu.files[0].1.split("nominal=\"").skip(1).map(|rest| rest.split('"').next().unwrap().to_owned());
         let found: Vec<String> = found.collect();
-        let table = format!("static const double sizes[{}_STATES] = {{{}}};", "THE_SCENE", found.join(", "));
+        let table = format!("static const double sizes[THE_SCENE_STATES] = {{{}}};", found.join(", "));
         assert!(fmu.sources.iter().any(|(_, text)| text.contains(&table)), "the functions give others: {table}");
         found.iter().map(|text| text.parse().unwrap()).collect()
     };

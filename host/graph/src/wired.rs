@@ -55,10 +55,9 @@ impl Wired {
             }
             Source::Nothing => NO_REGISTER,
         });
-        let registers = registers.collect();
         let mut wired = Program {
             id: Program::next_id(),
-            outputs: registers,
+            outputs: registers.collect(),
             kept: kept.iter().map(|output| program.outputs[*output]).collect(),
             passed,
             inputs: Vec::new(),

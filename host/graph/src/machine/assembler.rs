@@ -92,7 +92,7 @@ fn functions(program: &Program, lookout: &Lookout, room: &mut Room, code: &mut C
         let entry = code.align(ALIGNMENT);
         let calls = lists.iter().any(|(_, list)| list.iter().any(|instruction| called(instruction).is_some()))
             || copied.whole && copies().any(|copies| copies.turns.is_some());
-        let mut writer = Writer::new(code, room, calls);
+        let mut writer = Writer::new(code, room, lookout.choices(), calls);
         for ((number, list), copies) in lists.iter().zip(copies()) {
             writer.list(list, lookout.of(*number), &copies, copied.whole);
         }

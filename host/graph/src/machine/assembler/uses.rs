@@ -31,7 +31,7 @@ impl Uses {
 /// The uses of all lists of one program after the other.
 pub(super) struct Lookout {
     uses: Vec<Uses>,
-    /// The next instructions that read the operands of each choice.
+    /// See [`Lookout::choices`].
     choices: Vec<[u32; 4]>,
     /// By list: where its uses begin; then where the last one's end.
     starts: Vec<usize>,
@@ -59,9 +59,14 @@ impl Lookout {
         self.uses.resize(end, Uses { next: [NEVER; 2], result: NEVER });
     }
 
-    /// The uses of a list, and those of the choices of the program.
-    pub(super) fn of(&self, number: usize) -> (&[Uses], &[[u32; 4]]) {
-        (&self.uses[self.starts[number]..self.starts[number + 1]], &self.choices)
+    /// The uses of a list.
+    pub(super) fn of(&self, number: usize) -> &[Uses] {
+        &self.uses[self.starts[number]..self.starts[number + 1]]
+    }
+
+    /// The next instructions that read the operands of each choice of the program, by its number.
+    pub(super) fn choices(&self) -> &[[u32; 4]] {
+        &self.choices
     }
 
     /// Looks at a list; turns the registers that are `live` after it, one flag each, into those live before. Fails on registers and

@@ -51,7 +51,7 @@ pub(super) struct Writer<'l> {
     /// The general registers with the addresses of the workspace and of the outputs.
     base: u8,
     outputs: u8,
-    /// See [`Lookout`](super::uses::Lookout).
+    /// See [`Lookout::choices`](super::uses::Lookout::choices).
     choices: &'l [[u32; 4]],
     /// Whether functions are called.
     calls: bool,
@@ -78,7 +78,7 @@ fn offset(number: u32) -> i32 {
 }
 
 impl<'l> Writer<'l> {
-    pub(super) fn new(code: &'l mut Code, room: &'l mut Room, calls: bool) -> Self {
+    pub(super) fn new(code: &'l mut Code, room: &'l mut Room, choices: &'l [[u32; 4]], calls: bool) -> Self {
         let (base, outputs) = if calls { (RBX, RBP) } else { (RDI, RCX) };
         if calls {
             code.enter();
@@ -93,7 +93,7 @@ impl<'l> Writer<'l> {
             pinned: 0,
             base,
             outputs,
-            choices: &[],
+            choices,
             calls,
             ends: false,
         }
@@ -109,13 +109,7 @@ impl<'l> Writer<'l> {
     }
 
     /// A list, with what is copied before and behind it; `whole` if sines and cosines follow in this function.
-    pub(super) fn list(
-        &mut self,
-        list: &[Instruction],
-        (uses, choices): (&[Uses], &'l [[u32; 4]]),
-        copies: &Copies<'_>,
-        whole: bool,
-    ) {
+    pub(super) fn list(&mut self, list: &[Instruction], uses: &[Uses], copies: &Copies<'_>, whole: bool) {
         // What is read after the list before is in the workspace.
         self.room.holder.fill(NOWHERE);
         self.until = [NOW; PLACES];
@@ -123,7 +117,6 @@ impl<'l> Writer<'l> {
         self.ends = !copies.outputs.is_empty();
         self.copy_inputs(copies.inputs, self.base);
         self.copy_inputs(copies.passed, self.outputs);
-        self.choices = choices;
         for (instruction, uses) in list.iter().zip(uses) {
             self.code.make_room();
             self.instruction(instruction, uses);
