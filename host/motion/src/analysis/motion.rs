@@ -244,12 +244,9 @@ impl Motion {
         let duration = 1.0 / frequency;
         let mut moved = state.to_vec();
         self.shift(state, duration, &mut moved);
-        for at in self.coordinates.lines.iter().map(|line| line.velocity) {
-            moved[at] += duration * rates[at];
-        }
-        for at in self.coordinates.rotations.iter().flat_map(|rotation| rotation.velocity..rotation.velocity + 3) {
-            moved[at] += duration * rates[at];
-        }
+        let lines = self.coordinates.lines.iter().map(|line| line.velocity);
+        let spins = self.coordinates.rotations.iter().flat_map(|rotation| rotation.velocity..rotation.velocity + 3);
+        lines.chain(spins).for_each(|at| moved[at] += duration * rates[at]);
         duration.is_finite().then_some((moved, duration))
     }
 
@@ -296,7 +293,7 @@ impl Motion {
 
     /// Joint and row.
     pub(super) fn row_name(&self, row: Option<usize>) -> String {
-        row.and_then(|row| self.row_names.get(row)).map_or_else(String::new, String::clone)
+        row.and_then(|row| self.row_names.get(row)).cloned().unwrap_or_default()
     }
 }
 

@@ -6,8 +6,8 @@ use nalgebra::{DMatrix, Matrix3, Matrix6, Vector3};
 
 use super::types::{Body, Instance, Lent, Marker, rotation};
 
-/// Share of the coordinates of frames up to which an arm is round-off.
-const NO_ARM: f64 = 1e-14;
+/// Share of the coordinates that it was computed from up to which an arm is round-off.
+pub(crate) const NO_ARM: f64 = 1e-14;
 /// Share of the largest by which an eigenvalue of a matrix with ones on its diagonal may be negative, or is none.
 const ROUND_OFF: f64 = 1e-9;
 

@@ -46,6 +46,7 @@ use crate::diagnostics::{Diagnostic, codes};
 use crate::scene::Scene;
 
 pub use catalogue::Catalogue;
+pub(crate) use inertia::NO_ARM;
 pub use inertia::{FramePose, loads_along, mass_at};
 pub use margins::{Watched, WatchedValue};
 pub use parameters::resolve as resolve_parameters;

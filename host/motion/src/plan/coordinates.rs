@@ -3,14 +3,12 @@
 use std::ops::Range;
 
 use super::layout::Layout;
-use crate::model::{Body, Model};
+use crate::model::{Body, Model, NO_ARM};
 
 /// Share of a scene's size below which an arm is none.
 const SHORTEST_ARM: f64 = 1e-3;
 /// Typical arms beyond which the size of a scene says nothing about its bodies: a row of a thousand loops is long, each is not.
 const FARTHEST: f64 = 100.0;
-/// Share of the coordinates that it was computed from up to which an arm is round-off.
-const NO_ARM: f64 = 1e-14;
 
 /// What the unit of a coordinate is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
