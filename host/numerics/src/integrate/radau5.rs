@@ -178,10 +178,21 @@ impl<const S: usize> Radau<S> {
         if regular { Ok(()) } else { Err(Fault::Slow(0.5)) }
     }
 
-    /// The new state, not yet projected, and the increments `z` of the stages: `z_i = h sum_j a_ij f(t + c_j h, y + z_j)`.
-    /// No stage is behind `t_new` by round-off of its time.
-    fn solve_step(&mut self, run: &mut Run<'_>, y: &[f64], t_new: f64) -> Result<(), Fault> {
+    /// The rates at all stages. None is behind `t_new` by round-off of its time.
+    fn evaluate(&mut self, run: &mut Run<'_>, y: &[f64], t_new: f64) -> Result<(), Trouble> {
         let (t, h) = (run.t, t_new - run.t);
+        for (i, c) in self.tableau.c.iter().enumerate() {
+            for ((argument, start), z) in self.argument.iter_mut().zip(y).zip(&self.z[i]) {
+                *argument = start + z;
+            }
+            run.rhs((t + c * h).min(t_new), &self.argument, &mut self.f[i], h)?;
+        }
+        Ok(())
+    }
+
+    /// The new state, not yet projected, and the increments `z` of the stages: `z_i = h sum_j a_ij f(t + c_j h, y + z_j)`.
+    fn solve_step(&mut self, run: &mut Run<'_>, y: &[f64], t_new: f64) -> Result<(), Fault> {
+        let h = t_new - run.t;
         self.prepare(run, y, h)?;
         self.guess(h);
         self.control.convergence = self.control.convergence.max(f64::EPSILON).powf(0.8);
@@ -189,12 +200,7 @@ impl<const S: usize> Radau<S> {
         let (mut last, mut last_rate) = (0.0, 0.0);
         for iteration in 1..=self.control.most_iterations {
             run.counters.newton_iterations += 1;
-            for (i, c) in self.tableau.c.iter().enumerate() {
-                for ((argument, start), z) in self.argument.iter_mut().zip(y).zip(&self.z[i]) {
-                    *argument = start + z;
-                }
-                run.rhs((t + c * h).min(t_new), &self.argument, &mut self.f[i], h)?;
-            }
+            self.evaluate(run, y, t_new)?;
             let sums = run.system.sums_from();
             let change = self.correct(run, y, h) / self.control.test;
             if !change.is_finite() {
@@ -222,13 +228,10 @@ impl<const S: usize> Radau<S> {
                 let tolerance = run.system.tolerance().unwrap_or(1.0);
                 let changed = change * self.control.test * tolerance;
                 if changed > SUMS_ACCURACY.min(tolerance) && sums < y.len() {
-                    for (i, c) in self.tableau.c.iter().enumerate() {
-                        for ((argument, start), z) in self.argument.iter_mut().zip(y).zip(&self.z[i]) {
-                            *argument = start + z;
-                        }
-                        run.rhs((t + c * h).min(t_new), &self.argument, &mut self.f[i], h)?;
-                        self.sum_rates[i].clear();
-                        self.sum_rates[i].extend_from_slice(&self.f[i][sums..]);
+                    self.evaluate(run, y, t_new)?;
+                    for (rates, found) in self.sum_rates.iter_mut().zip(&self.f) {
+                        rates.clear();
+                        rates.extend_from_slice(&found[sums..]);
                     }
                     self.sum_up(sums, h);
                 }
