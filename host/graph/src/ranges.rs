@@ -2,8 +2,10 @@
 //!
 //! Interval arithmetic, operation by operation, for the value of a node and for its slope along the stretch that the inputs run
 //! through (Moore, Kearfott & Cloud, "Introduction to Interval Analysis", 2009, chapters 5 and 6). The slope is what makes it
-//! sharp: with the values at the ends of the stretch it bounds those between (mean value form), and where it has one sign, they
-//! lie between those at the ends.
+//! sharp: with the value in the middle of the stretch it bounds the others, of every node (mean value form); with those at the ends
+//! it does the same for what is asked for, and where it has one sign, values lie between those at the ends.
+
+use std::cmp::Ordering;
 
 use element_api::Table;
 use element_api::table::Outside;
@@ -18,6 +20,8 @@ pub struct Ranges {
     exprs: Vec<Expr>,
     /// What the operations become that are constants.
     ranges: Vec<Range>,
+    /// For each operation the outputs that depend on it, see [`bit`].
+    needed_by: Vec<u64>,
     tables: Vec<Table>,
     outputs: Vec<usize>,
     inputs: Vec<usize>,
@@ -48,6 +52,11 @@ impl Points {
     }
 }
 
+/// The bit of an output in [`Ranges::needed_by`]: beyond 64 of them several have one in common.
+fn bit(output: usize) -> u64 {
+    1 << (output % u64::BITS as usize)
+}
+
 impl Ranges {
     /// Prepares the ranges of nodes. Results of opaque elements are unknown.
     #[must_use]
@@ -74,8 +83,15 @@ impl Ranges {
             Expr::Constant(bits) => Range::still(f64::from_bits(*bits)),
             _ => Range::UNKNOWN,
         });
+        let mut needed_by = vec![0; live.len()];
+        nodes.iter().enumerate().for_each(|(k, node)| needed_by[place(*node)] |= bit(k));
+        for k in (0..live.len()).rev() {
+            let by = needed_by[k];
+            graph.operands(live[k], |operand| needed_by[place(operand)] |= by);
+        }
         Self {
             ranges: ranges.collect(),
+            needed_by,
             outputs: nodes.iter().map(|node| place(*node)).collect(),
             tables: graph.tables.clone(),
             points: Points::new(graph, nodes, &inputs),
@@ -90,10 +106,15 @@ impl Ranges {
         &self.inputs
     }
 
-    /// The ranges of the nodes, in their order; `input` gives those of the inputs, by
-    /// place in [`Ranges::inputs`]. `[hot, no allocation]`
-    pub fn evaluate(&mut self, input: impl Fn(usize) -> Range) -> impl Iterator<Item = Range> + '_ {
+    /// The ranges of the nodes that are wanted, by their order; `input` gives those of the inputs, by place in [`Ranges::inputs`]. The
+    /// other ones are left as they are in `found`, and what only they need is not evaluated. `[hot, no allocation]`
+    pub fn evaluate(&mut self, input: impl Fn(usize) -> Range, wanted: impl Fn(usize) -> bool, found: &mut [Range]) {
+        let all = self.outputs.len();
+        let by = (0..all).filter(|k| wanted(*k)).fold(0, |by, k| by | bit(k));
         for k in 0..self.exprs.len() {
+            if self.needed_by[k] & by == 0 {
+                continue;
+            }
             let made = match self.exprs[k] {
                 Expr::Constant(_) => continue,
                 Expr::Input(place) => input(place as usize),
@@ -101,7 +122,9 @@ impl Ranges {
             };
             self.ranges[k] = made;
         }
-        self.outputs.iter().map(|place| self.ranges[*place])
+        for k in (0..all).filter(|k| wanted(*k)) {
+            found[k] = self.ranges[self.outputs[k]];
+        }
     }
 
     /// The values of the nodes, in their order, at a point: no-number where nothing is known of them. `[hot, no allocation]`
@@ -118,82 +141,88 @@ impl Ranges {
 
     fn one(&self, expr: Expr) -> Range {
         let at = |node: Node| self.ranges[node.0 as usize];
-        let chain = |a: Range, value: Interval, slope: Interval| Range { value, slope: slope * a.slope };
+        // A function of one number, its derivative, and its value in the middle.
+        let chain =
+            |a: Range, value: Interval, slope: Interval, middle: f64| Range::new(value, slope * a.slope, middle);
         let one = Interval::point(1.0);
         match expr {
             Expr::Constant(_) | Expr::Input(_) | Expr::Call { .. } => Range::UNKNOWN,
             Expr::Add(a, b) => {
                 let (a, b) = (at(a), at(b));
-                Range { value: a.value + b.value, slope: a.slope + b.slope }
+                Range::new(a.value + b.value, a.slope + b.slope, a.middle + b.middle)
             }
             Expr::Sub(a, b) => {
                 let (a, b) = (at(a), at(b));
-                Range { value: a.value - b.value, slope: a.slope - b.slope }
+                Range::new(a.value - b.value, a.slope - b.slope, a.middle - b.middle)
             }
             Expr::Mul(a, b) if a == b => {
                 let a = at(a);
-                chain(a, a.value.square(), a.value.scaled(2.0))
+                chain(a, a.value.square(), a.value.scaled(2.0), a.middle * a.middle)
             }
             Expr::Mul(a, b) => {
                 let (a, b) = (at(a), at(b));
-                Range { value: a.value * b.value, slope: a.slope * b.value + a.value * b.slope }
+                Range::new(a.value * b.value, a.slope * b.value + a.value * b.slope, a.middle * b.middle)
             }
             Expr::Div(a, b) => {
                 let (a, b) = (at(a), at(b));
-                let value = a.value / b.value;
-                Range { value, slope: (a.slope - value * b.slope) / b.value }
+                let middle = a.middle / b.middle;
+                let value = Range::new(a.value / b.value, Interval::ALL, middle).value;
+                Range::new(value, (a.slope - value * b.slope) / b.value, middle)
             }
             Expr::Neg(a) => {
                 let a = at(a);
-                Range { value: -a.value, slope: -a.slope }
+                Range { value: -a.value, slope: -a.slope, middle: -a.middle }
             }
             Expr::Sqrt(a) => {
                 let a = at(a);
                 let value = a.value.sqrt();
-                chain(a, value, Interval::point(0.5) / value)
+                chain(a, value, Interval::point(0.5) / value, a.middle.sqrt())
             }
             Expr::Sin(a) => {
                 let a = at(a);
-                chain(a, a.value.sin(), a.value.cos())
+                chain(a, a.value.sin(), a.value.cos(), a.middle.sin())
             }
             Expr::Cos(a) => {
                 let a = at(a);
-                chain(a, a.value.cos(), -a.value.sin())
+                chain(a, a.value.cos(), -a.value.sin(), a.middle.cos())
             }
             Expr::Atan2(y, x) => {
                 let (y, x) = (at(y), at(x));
                 let square = x.value.square() + y.value.square();
                 let cut = x.value.low <= 0.0 && y.value.contains(0.0);
                 let slope = (x.value * y.slope - y.value * x.slope) / square;
-                Range { value: y.value.atan2(x.value), slope: if cut { Interval::ALL } else { slope } }
+                let slope = if cut { Interval::ALL } else { slope };
+                Range::new(y.value.atan2(x.value), slope, y.middle.atan2(x.middle))
             }
             Expr::Exp(a) => {
                 let a = at(a);
                 let value = a.value.rising(f64::exp);
-                chain(a, value, value)
+                chain(a, value, value, a.middle.exp())
             }
             Expr::Ln(a) => {
                 let a = at(a);
-                chain(a, a.value.ln(), one / a.value)
+                chain(a, a.value.ln(), one / a.value, a.middle.ln())
             }
             Expr::Tanh(a) => {
                 let a = at(a);
                 let value = a.value.rising(f64::tanh);
-                chain(a, value, one - value.square())
+                chain(a, value, one - value.square(), a.middle.tanh())
             }
             Expr::Powi(a, n) => {
                 let a = at(a);
-                chain(a, a.value.powi(n), a.value.powi(n - 1).scaled(f64::from(n)))
+                chain(a, a.value.powi(n), a.value.powi(n - 1).scaled(f64::from(n)), a.middle.powi(n))
             }
             Expr::Powf(a, bits) => {
                 let (a, exponent) = (at(a), f64::from_bits(bits));
-                chain(a, a.value.powf(exponent), a.value.powf(exponent - 1.0).scaled(exponent))
+                let slope = a.value.powf(exponent - 1.0).scaled(exponent);
+                chain(a, a.value.powf(exponent), slope, a.middle.powf(exponent))
             }
             Expr::Select(a, b, c, d) => self.select(a, b, c, d),
             Expr::Table { table, order, at: a } => {
                 let a = at(a);
-                let (value, slope) = table_range(&self.tables[table as usize], order, a.value);
-                chain(a, value, slope)
+                let table = &self.tables[table as usize];
+                let (value, slope) = table_range(table, order, a.value);
+                chain(a, value, slope, table.derivative(a.middle, order))
             }
         }
     }
@@ -214,9 +243,14 @@ impl Ranges {
         let meets = ((c == a && d == b) || (c == b && d == a))
             || (zero(b) && (c == a || d == a) && negative(c, d))
             || (zero(a) && (c == b || d == b) && negative(c, d));
+        let middle = match at(a).middle.partial_cmp(&at(b).middle) {
+            Some(Ordering::Less) => at(c).middle,
+            Some(_) => at(d).middle,
+            None => f64::NAN,
+        };
         let (c, d) = (at(c), at(d));
         let slope = if meets { c.slope.hull(d.slope) } else { Interval::ALL };
-        Range { value: c.value.hull(d.value), slope }
+        Range::new(c.value.hull(d.value), slope, middle)
     }
 }
 

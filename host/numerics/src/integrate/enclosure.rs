@@ -95,6 +95,7 @@ pub(super) struct Enclosure {
     hulls: Vec<Interval>,
     /// By how much each quantity changes where the state is off by what its tolerance allows: less cannot be judged.
     noise: Vec<f64>,
+    along_noise: Vec<Range>,
     /// First change of each condition.
     changes: Vec<Option<(f64, f64)>>,
     state: Vec<f64>,
@@ -115,6 +116,7 @@ impl Enclosure {
             last: vec![0.0; n],
             hulls: vec![Interval::ZERO; all],
             noise: vec![0.0; n],
+            along_noise: vec![Range::UNKNOWN; n],
             changes: vec![None; n],
             state: vec![0.0; if n > 0 { dim } else { 0 }],
             can_enclose: proved,
@@ -162,24 +164,21 @@ impl Enclosure {
         while let Some(mut piece) = pieces.pop() {
             count += 1;
             self.point(run, step, &piece.polynomials, piece.to, true);
-            if seen {
+            self.enclose(run, step, &piece);
+            self.decide_what_is_clear(&mut piece, seen);
+            if self.has(&piece, |guard| matches!(guard, Guard::Switch | Guard::Feature)) {
+                // Only now is it worth while to know what was seen, and what is noise.
+                if !seen && self.has(&piece, |guard| matches!(guard, Guard::Feature)) {
+                    self.see(run, step);
+                }
+                seen = true;
                 self.find_noise(run, step, &piece);
             }
-            self.enclose(run, step, &piece);
-            if let Some(found) = self.judge(&mut piece, seen) {
+            if let Some(found) = self.judge(&mut piece) {
                 return Ok(self.settled(run, step, found));
             }
             if !piece.open.contains(&true) {
                 std::mem::swap(&mut self.first, &mut self.last);
-                continue;
-            }
-            if !seen {
-                // Only now is it worth while to know what was seen.
-                if self.has_features(&piece) {
-                    self.see(run, step);
-                }
-                seen = true;
-                pieces.push(piece);
             } else if piece.depth < DEEPEST && count < MOST_PIECES {
                 let mut left = Bernstein::default();
                 piece.polynomials.halve(&mut left);
@@ -231,15 +230,19 @@ impl Enclosure {
         Some(found).filter(|found| !is_short || matches!(found, Found::Hidden(..)))
     }
 
-    fn has_features(&self, piece: &Piece) -> bool {
-        self.within.iter().zip(&piece.open).any(|(guard, open)| *open && matches!(guard, Guard::Feature))
+    /// Whether one of the guards that are still open is of a kind.
+    fn has(&self, piece: &Piece, kind: impl Fn(&Guard) -> bool) -> bool {
+        self.within.iter().zip(&piece.open).any(|(guard, open)| *open && kind(guard))
     }
 
-    /// The ranges of all guards over a piece.
+    /// The ranges of the guards that are still open, over a piece.
     fn enclose(&mut self, run: &mut Run<'_>, step: &Interpolation<'_>, piece: &Piece) {
         let t = Range::even(step.start + piece.from * step.h, step.start + piece.to * step.h);
-        let of = |k: usize| Range { value: piece.polynomials.range(k), slope: piece.polynomials.slope(k) };
-        run.system.enclose(self.of, t, &of, &mut self.ranges[..self.within.len()]);
+        let of = |k: usize| {
+            let of = &piece.polynomials;
+            Range::new(of.range(k), of.slope(k), of.middle(k))
+        };
+        run.system.enclose(self.of, t, &of, &|k| piece.open[k], &mut self.ranges[..self.within.len()]);
     }
 
     /// The values of all guards at an end of a piece, at this share of the step.
@@ -258,13 +261,11 @@ impl Enclosure {
     /// tolerance allows.
     fn find_noise(&mut self, run: &mut Run<'_>, step: &Interpolation<'_>, piece: &Piece) {
         let off: Vec<f64> = self.entries.iter().map(|entry| run.system.resolution(*entry)).collect();
-        let of = |k: usize| Range {
-            value: Interval::point(piece.polynomials.end(k, true)),
-            slope: Interval::new(-off[k], off[k]),
-        };
-        let n = self.within.len();
-        run.system.enclose(self.of, Range::still(step.start + piece.to * step.h), &of, &mut self.ranges[..n]);
-        for (noise, range) in self.noise.iter_mut().zip(&self.ranges[..n]) {
+        let of =
+            |k: usize| Range { slope: Interval::new(-off[k], off[k]), ..Range::still(piece.polynomials.end(k, true)) };
+        let t = Range::still(step.start + piece.to * step.h);
+        run.system.enclose(self.of, t, &of, &|k| piece.open[k], &mut self.along_noise);
+        for (noise, range) in self.noise.iter_mut().zip(&self.along_noise) {
             let size = range.slope.magnitude();
             *noise = if size.is_finite() { size } else { 0.0 };
         }
@@ -295,16 +296,37 @@ impl Enclosure {
         }
     }
 
+    /// The range of a guard over a piece, from the values at its ends too, where they are known.
+    fn range_of(&self, k: usize) -> (Interval, bool) {
+        let (range, first, last) = (self.ranges[k], self.first[k], self.last[k]);
+        let known = first.is_finite() && last.is_finite();
+        (if known { range.between(first, last) } else { range.value }, known)
+    }
+
+    /// Decides what needs no knowledge of noise: most guards over most steps.
+    fn decide_what_is_clear(&self, piece: &mut Piece, seen: bool) {
+        for k in 0..self.within.len() {
+            let (value, known) = self.range_of(k);
+            let is_clear = match self.within[k] {
+                Guard::Switch => value.low >= 0.0 || value.high < 0.0,
+                Guard::Feature => {
+                    is_seen(value, self.ranges[k], self.hulls[k], NEGLIGIBLE * self.sizes[k], seen, known)
+                }
+                _ => false,
+            };
+            piece.open[k] &= !is_clear;
+        }
+    }
+
     /// Decides what the ranges over a piece, and the values at its ends, allow to decide.
-    fn judge(&mut self, piece: &mut Piece, seen: bool) -> Option<Found> {
+    fn judge(&mut self, piece: &mut Piece) -> Option<Found> {
         for k in 0..self.within.len() {
             if !piece.open[k] {
                 continue;
             }
             let range = self.ranges[k];
             let (first, last) = (self.first[k], self.last[k]);
-            let known = first.is_finite() && last.is_finite();
-            let value = if known { range.between(first, last) } else { range.value };
+            let (value, known) = self.range_of(k);
             match self.within[k] {
                 Guard::Switch => {
                     let noise = self.least_side(k);
@@ -325,10 +347,10 @@ impl Enclosure {
                 }
                 Guard::Feature => {
                     let least = self.least(k);
-                    if seen && leaves(last, self.hulls[k], least) {
+                    if leaves(last, self.hulls[k], least) {
                         return Some(Found::Sharp(piece.from));
                     }
-                    piece.open[k] = !is_seen(value, range, self.hulls[k], least, seen, known);
+                    piece.open[k] = !is_seen(value, range, self.hulls[k], least, true, known);
                 }
                 Guard::Bound(limit) => {
                     if last.abs() > limit {

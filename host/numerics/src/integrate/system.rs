@@ -111,9 +111,17 @@ pub trait System {
         Guards::default()
     }
 
-    /// The ranges of all guards of a set, in their order, while time and the entries of the state run through ranges on a
-    /// stretch; `entry` gives those of [`GuardSet::entries`], by place in that list.
-    fn enclose(&mut self, _of: Watched, _t: Range, _entry: &dyn Fn(usize) -> Range, _found: &mut [Range]) {}
+    /// The ranges of the guards of a set that are wanted, by their order, while time and the entries of the state run through ranges on a
+    /// stretch; `entry` gives those of [`GuardSet::entries`], by place in that list. The others are left as they are.
+    fn enclose(
+        &mut self,
+        _of: Watched,
+        _t: Range,
+        _entry: &dyn Fn(usize) -> Range,
+        _wanted: &dyn Fn(usize) -> bool,
+        _found: &mut [Range],
+    ) {
+    }
 
     /// The values of all guards of a set at a point.
     fn values(&mut self, _of: Watched, _t: f64, _entry: &dyn Fn(usize) -> f64, _found: &mut [f64]) {}

@@ -68,6 +68,18 @@ impl Bernstein {
         self.coefficients[k * (self.degree + 1) + if last { self.degree } else { 0 }]
     }
 
+    /// The value in the middle of the stretch (de Casteljau).
+    #[must_use]
+    pub fn middle(&self, k: usize) -> f64 {
+        let size = self.degree + 1;
+        let mut own = [0.0; MOST + 1];
+        own[..size].copy_from_slice(&self.coefficients[k * size..(k + 1) * size]);
+        for last in (1..size).rev() {
+            (0..last).for_each(|j| own[j] = 0.5 * (own[j] + own[j + 1]));
+        }
+        own[0]
+    }
+
     /// The same polynomials on both halves of the stretch (de Casteljau): the first half goes to `first`, the second one stays
     /// here.
     pub fn halve(&mut self, first: &mut Self) {

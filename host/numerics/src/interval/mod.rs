@@ -182,6 +182,7 @@ impl Interval {
 
 impl std::ops::Add for Interval {
     type Output = Self;
+    #[inline]
     fn add(self, other: Self) -> Self {
         Self::new(self.low + other.low, self.high + other.high)
     }
@@ -189,6 +190,7 @@ impl std::ops::Add for Interval {
 
 impl std::ops::Sub for Interval {
     type Output = Self;
+    #[inline]
     fn sub(self, other: Self) -> Self {
         Self::new(self.low - other.high, self.high - other.low)
     }
@@ -196,6 +198,7 @@ impl std::ops::Sub for Interval {
 
 impl std::ops::Neg for Interval {
     type Output = Self;
+    #[inline]
     fn neg(self) -> Self {
         Self { low: -self.high, high: -self.low }
     }
@@ -203,12 +206,16 @@ impl std::ops::Neg for Interval {
 
 impl std::ops::Mul for Interval {
     type Output = Self;
+    #[inline]
     fn mul(self, other: Self) -> Self {
         let all = [self.low * other.low, self.low * other.high, self.high * other.low, self.high * other.high];
         if (all[0] + all[1] + all[2] + all[3]).is_finite() {
-            let [low, high] =
-                [f64::min, f64::max].map(|of: fn(f64, f64) -> f64| of(of(all[0], all[1]), of(all[2], all[3])));
-            return Self { low, high };
+            let low = |a: f64, b: f64| if a < b { a } else { b };
+            let high = |a: f64, b: f64| if a > b { a } else { b };
+            return Self {
+                low: low(low(all[0], all[1]), low(all[2], all[3])),
+                high: high(high(all[0], all[1]), high(all[2], all[3])),
+            };
         }
         // Zero times anything is zero, that of an unbounded range included.
         if self == Self::ZERO || other == Self::ZERO {
@@ -228,6 +235,7 @@ impl std::ops::Mul for Interval {
 
 impl std::ops::Div for Interval {
     type Output = Self;
+    #[inline]
     fn div(self, other: Self) -> Self {
         if other.contains(0.0) {
             return if self == Self::ZERO && other != Self::ZERO { Self::ZERO } else { Self::ALL };
@@ -243,22 +251,35 @@ pub struct Range {
     pub value: Interval,
     /// All slopes with respect to the share of the stretch; of a value that jumps, all numbers.
     pub slope: Interval,
+    /// The value in the middle of the stretch; no number where it is not known.
+    pub middle: f64,
 }
 
 impl Range {
     /// Nothing is known.
-    pub const UNKNOWN: Self = Self { value: Interval::ALL, slope: Interval::ALL };
+    pub const UNKNOWN: Self = Self { value: Interval::ALL, slope: Interval::ALL, middle: f64::NAN };
+
+    /// What is known of a value in three ways: all values, all slopes, and the value in the middle, from which it goes no farther than
+    /// the slopes lead in half of the stretch (mean value form). Differences of values that change alike stay sharp by it.
+    #[must_use]
+    pub fn new(value: Interval, slope: Interval, middle: f64) -> Self {
+        let half = 0.5 * slope.magnitude();
+        let (low, high) = (value.low.max(middle - half), value.high.min(middle + half));
+        // Empty by round-off only, or where something is no number.
+        let value = if low <= high { Interval { low, high } } else { value };
+        Self { value, slope, middle }
+    }
 
     /// A value that stays as it is.
     #[must_use]
     pub fn still(x: f64) -> Self {
-        Self { value: Interval::point(x), slope: Interval::ZERO }
+        Self { value: Interval::point(x), slope: Interval::ZERO, middle: x }
     }
 
     /// A value that goes evenly from one number to another.
     #[must_use]
     pub fn even(from: f64, to: f64) -> Self {
-        Self { value: Interval::between(from, to), slope: Interval::point(to - from) }
+        Self { value: Interval::between(from, to), slope: Interval::point(to - from), middle: 0.5 * (from + to) }
     }
 
     /// Whether the value only rises or only falls.

@@ -122,9 +122,9 @@ fn polynomials_lie_within_their_ranges_on_every_piece() {
 #[test]
 fn slopes_make_ranges_sharp() {
     // x (1 - x) on a short piece: the product of ranges is wide, the mean value form is not.
-    let range = Range { value: Interval::new(0.15, 0.35), slope: Interval::new(0.01, 0.03) };
+    let range = Range { value: Interval::new(0.15, 0.35), slope: Interval::new(0.01, 0.03), middle: f64::NAN };
     assert_eq!(range.between(0.24, 0.26), Interval::new(0.24, 0.26));
-    let bent = Range { value: Interval::new(0.0, 1.0), slope: Interval::new(-0.1, 0.1) };
+    let bent = Range { value: Interval::new(0.0, 1.0), slope: Interval::new(-0.1, 0.1), middle: f64::NAN };
     let found = bent.between(0.5, 0.5);
     assert!(found.low >= 0.4 && found.high <= 0.6);
 }

@@ -266,18 +266,19 @@ impl Bank {
         Some(entries)
     }
 
-    /// The ranges of the guards.
+    /// The ranges of the guards that are wanted; the others are left as they are.
     pub(super) fn enclose(
         &mut self,
         t: Range,
         entry: &dyn Fn(usize) -> Range,
         between_steps: [&[f64]; 2],
+        wanted: &dyn Fn(usize) -> bool,
         found: &mut [Range],
     ) {
         let Some(ranges) = &mut self.ranges else { return };
         let sources = &self.sources;
         let input = |place: usize| sources[place].take(t, entry, between_steps, Range::still);
-        found.iter_mut().zip(ranges.evaluate(input)).for_each(|(found, range)| *found = range);
+        ranges.evaluate(input, wanted, found);
     }
 
     /// Their values at a point.

@@ -182,7 +182,7 @@ impl Enclosure {
 
 /// The ranges of what depends on time alone.
 fn enclose_time(run: &mut Run<'_>, t: Range, found: &mut [Range]) {
-    run.system.enclose(Watched::Time, t, &|_| Range::UNKNOWN, found);
+    run.system.enclose(Watched::Time, t, &|_| Range::UNKNOWN, &|_| true, found);
 }
 
 /// Its values at a time.

@@ -25,10 +25,17 @@ impl System for Wheel {
         let turns = GuardSet { guards: vec![Guard::Turn], entries: vec![0], proved: true };
         Guards { turns, ..Guards::default() }
     }
-    fn enclose(&mut self, _: Watched, _: Range, entry: &dyn Fn(usize) -> Range, found: &mut [Range]) {
-        let Range { value, slope } = entry(0);
+    fn enclose(
+        &mut self,
+        _: Watched,
+        _: Range,
+        entry: &dyn Fn(usize) -> Range,
+        _: &dyn Fn(usize) -> bool,
+        found: &mut [Range],
+    ) {
+        let Range { value, slope, middle } = entry(0);
         let by = Interval::point(self.reference);
-        found[0] = Range { value: value - by, slope };
+        found[0] = Range { value: value - by, slope, middle: middle - self.reference };
     }
     fn values(&mut self, _: Watched, _: f64, entry: &dyn Fn(usize) -> f64, found: &mut [f64]) {
         found[0] = entry(0) - self.reference;

@@ -189,10 +189,17 @@ impl System for Simulation<'_> {
         self.guarded.as_ref().map_or_else(Guards::default, |guarded| guarded.guards.clone())
     }
 
-    fn enclose(&mut self, of: Watched, t: Range, entry: &dyn Fn(usize) -> Range, found: &mut [Range]) {
+    fn enclose(
+        &mut self,
+        of: Watched,
+        t: Range,
+        entry: &dyn Fn(usize) -> Range,
+        wanted: &dyn Fn(usize) -> bool,
+        found: &mut [Range],
+    ) {
         let Some(guarded) = &mut self.guarded else { return };
         let bank = guarded.bank(of);
-        bank.enclose(t, entry, [&self.references, &self.discrete], found);
+        bank.enclose(t, entry, [&self.references, &self.discrete], wanted, found);
         bank.hold(self.touch.as_ref().map_or(&[], |touch| &touch.closed), found, Range::still(0.0));
     }
 
