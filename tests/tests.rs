@@ -79,6 +79,7 @@ mod book;
 mod broken_scenes;
 mod c_plugin;
 mod checkpoints;
+mod clearance;
 mod closed_forms;
 mod compressor;
 mod contacts;

@@ -1,4 +1,5 @@
-//! Two balls strike each other: they may touch and separate, and never overlap; they roll, slide and stick on each other.
+//! Two balls strike each other: they may touch and separate, and never overlap; they roll, slide and stick on each other. Or the second is in a
+//! hollow ball of the first (`inside`): a ball in a bowl, a ball joint with clearance; in a plane a disc in a ring, a journal in a bearing.
 //!
 //! ## Equations
 //!
@@ -7,10 +8,14 @@
 //! | row | equation | |
 //! |---|---|---|
 //! | gap | abs(p_j - p_i) - r_i - r_j >= 0 | unilateral |
-//! | along s | s . (v_j + omega_j x (c - p_j) - v_i - omega_i x (c - p_i)) = 0 | while closed, if `rough`, or up to `mu` times the normal force |
-//! | along t | t . (v_j + omega_j x (c - p_j) - v_i - omega_i x (c - p_i)) = 0 | likewise |
+//! | gap, `inside` | (c - (p_j - p_i) . (p_j - p_i) / c) / 2 >= 0, c = r_i - r_j | unilateral |
+//! | along s | s . (v_j + omega_j x (q - p_j) - v_i - omega_i x (q - p_i)) = 0 | while closed, if `rough`, or up to `mu` times the normal force |
+//! | along t | t . (v_j + omega_j x (q - p_j) - v_i - omega_i x (q - p_i)) = 0 | likewise |
 //!
-//! c = p_i + r_i n is the contact. Across a = (2, 3, 6) / 7 in frame i are (3, -6, 2) / 7 and (6, 2, -3) / 7: turned by the smallest
+//! `inside`, the gap is the distance of the surfaces where they are near each other, and half the clearance c where the centres coincide: it has
+//! derivatives there too.
+//!
+//! The contact is q = p_i + r_i n. Across a = (2, 3, 6) / 7 in frame i are (3, -6, 2) / 7 and (6, 2, -3) / 7: turned by the smallest
 //! rotation that takes a to n these are s and t.
 //!
 //! Balls that approach with the velocity v separate with e v, e being the coefficient of restitution (Poisson's, as of
@@ -25,11 +30,12 @@
 //!
 //! ## Signs
 //!
-//! The reaction force on body `j` points from the centre of ball `i` to that of ball `j`; its torque about the centre is zero.
+//! The reaction force on body `j` points from the centre of ball `i` to that of ball `j`, `inside` the other way round; its torque about the
+//! centre is zero.
 //!
 //! ## Singular cases
 //!
-//! A scene in which the balls overlap at the start is refused. Balls around each other (one inside) are not meant. With friction, where
+//! A scene in which the balls overlap at the start is refused. With friction, where
 //! the centre of ball j comes to lie in the direction -a seen from frame i, s and t turn without bound: turn frame i.
 //!
 //! ## Example
@@ -79,12 +85,15 @@ pub struct BallContact(BallContactParameters);
 /// Its parameters, as a scene gives them.
 #[derive(Debug, Clone, Copy, Parameters)]
 pub struct BallContactParameters {
-    /// Radius of the ball of the first body.
+    /// Radius of the ball of the first body; `inside`: of the hollow.
     #[param(unit = "m", above = 0.0)]
     pub radius_i: f64,
     /// Radius of the ball of the second body; 0: a point.
     #[param(unit = "m", min = 0.0)]
     pub radius_j: f64,
+    /// The ball of the second body is in a hollow of the first.
+    #[param(default = false)]
+    pub inside: bool,
     /// Coefficient of restitution, 0 to 1.
     #[param(min = 0.0, max = 1.0, default = 0.0)]
     pub restitution: f64,
@@ -102,10 +111,10 @@ const AXES: [[f64; 3]; 3] =
 
 impl Element for BallContact {
     const NAME: &'static str = "ball-contact";
-    const SUMMARY: &'static str = "two balls strike each other, stick or slide, with restitution";
+    const SUMMARY: &'static str = "two balls, or one in a hollow, strike each other, stick or slide, with restitution";
     const DOC: &'static str = doc_of(include_str!("ball_contact.rs"));
     const FRAMES: &'static [FrameSpec] = &[
-        FrameSpec::new("i", "on the first body; its origin is the centre of the first ball"),
+        FrameSpec::new("i", "on the first body; its origin is the centre of the first ball or hollow"),
         FrameSpec::new("j", "on the second body; its origin is the centre of the second ball"),
     ];
     type Parameters = BallContactParameters;
@@ -113,6 +122,12 @@ impl Element for BallContact {
     fn new(p: Self::Parameters) -> Result<Self, ParamError> {
         if p.rough && p.mu.is_some() {
             return Err(ParamError::new("mu", "a `rough` contact does not slide: leave out one of the two"));
+        }
+        if p.inside && p.radius_j >= p.radius_i {
+            return Err(ParamError::new(
+                "radius_j",
+                "what is `inside` is smaller than the hollow: less than `radius_i`",
+            ));
         }
         Ok(Self(p))
     }
@@ -144,7 +159,12 @@ impl Constraint for BallContact {
 
     fn residual<S: Scalar>(&self, at: &Configuration<'_, S>, rows: &mut Rows<'_, S>) {
         let apart = at.frames[1].position - at.frames[0].position;
-        rows.push(length(apart) - self.0.radius_i - self.0.radius_j);
+        if self.0.inside {
+            let clearance = self.0.radius_i - self.0.radius_j;
+            rows.push((-apart.dot(&apart) / clearance + clearance) * 0.5);
+        } else {
+            rows.push(length(apart) - self.0.radius_i - self.0.radius_j);
+        }
     }
 
     fn velocity_residual<S: Scalar>(&self, at: &Motion<'_, S>, rows: &mut Rows<'_, S>) {

@@ -1,16 +1,20 @@
-//! A ball, or a point, strikes a plane of the first body and rests on it: it may leave, and never goes through.
+//! A ball, a point or an ellipsoid strikes a plane of the first body and rests on it: it may leave, and never goes through.
 //!
 //! ## Equations
 //!
-//! One unilateral row: gap >= 0, normal force >= 0, one of them zero. With d = p_j - p_i and the radius r:
+//! One unilateral row: gap >= 0, normal force >= 0, one of them zero. With d = p_j - p_i, the radius r and, of an ellipsoid, the matrix A of its
+//! half axes along the axes of frame j (diagonal there; zero for a ball), e leads from the centre to the contact:
+//!
+//! e = -r z_i - A A z_i / h, h = abs(A z_i)
 //!
 //! | row | equation | |
 //! |---|---|---|
-//! | gap | z_i . d - r >= 0 | unilateral |
+//! | gap | z_i . (d + e) >= 0 | unilateral |
 //! | along x | x_i . (v_j + omega_j x e - v_i - omega_i x (d + e)) = 0 | while closed, if `rough`, or up to `mu` times the normal force |
 //! | along y | y_i . (v_j + omega_j x e - v_i - omega_i x (d + e)) = 0 | likewise |
 //!
-//! e = -r z_i leads from the centre to the contact. A ball that strikes with the normal velocity -v leaves with e v, e being the
+//! h is how far the ellipsoid reaches towards the plane. With `radius` as well it is thicker by that all around: a coin with a round rim has half axes of
+//! its radius, its radius and next to nothing, and the radius of its rim. What strikes with the normal velocity -v leaves with e v, e being the
 //! coefficient of restitution (Poisson's: e is the share of the impulse of compression that is given back, which is the same where
 //! nothing sticks). When what is left of its bouncing is lower than the tolerance of the run, it stays. The contact opens
 //! when the plane would have to pull.
@@ -31,11 +35,12 @@
 //! ## Signs
 //!
 //! The ball is on the side of the plane that z_i points to. The reaction force on body `j` is that at the contact, positive along
-//! z_i; its torque is about the origin of frame `j`, the centre.
+//! z_i; its torque is about the origin of frame `j`, the centre: the force of an ellipsoid has an arm there.
 //!
 //! ## Singular cases
 //!
-//! A scene in which the ball starts inside the plane is refused. More contacts of one body than it has freedoms share its
+//! A scene in which the ball starts inside the plane is refused. Half axes that differ by many decades make the contact travel as fast as
+//! edges do: steps become short where it passes from side to side. More contacts of one body than it has freedoms share its
 //! weight in a way that is not determined; then as many as are needed carry it. The same of friction: what is not determined is shared
 //! such that all contacts stick, if there is a way to.
 //!
@@ -86,9 +91,12 @@ pub struct PlaneContact(PlaneContactParameters);
 /// Its parameters, as a scene gives them.
 #[derive(Debug, Clone, Copy, Parameters)]
 pub struct PlaneContactParameters {
-    /// Radius of the ball; 0: a point.
+    /// Radius of the ball; 0: a point. Of an ellipsoid: how much thicker it is all around.
     #[param(unit = "m", min = 0.0, default = 0.0)]
     pub radius: f64,
+    /// Half axes of an ellipsoid along x, y, z of frame j; not given: a ball.
+    #[param(unit = "m", above = 0.0, example = [0.1, 0.03, 0.02])]
+    pub half_axes: Option<[f64; 3]>,
     /// Coefficient of restitution, 0 to 1.
     #[param(min = 0.0, max = 1.0, default = 0.0)]
     pub restitution: f64,
@@ -102,14 +110,18 @@ pub struct PlaneContactParameters {
 
 impl Element for PlaneContact {
     const NAME: &'static str = "plane-contact";
-    const SUMMARY: &'static str = "a ball strikes a plane, rests on it, sticks or slides, with restitution";
+    const SUMMARY: &'static str =
+        "a ball or an ellipsoid strikes a plane, rests on it, sticks or slides, with restitution";
     const DOC: &'static str = doc_of(include_str!("plane_contact.rs"));
     const FRAMES: &'static [FrameSpec] = &[
         FrameSpec::new(
             "i",
             "on the first body; its origin lies in the plane, its z axis is the normal towards the ball",
         ),
-        FrameSpec::new("j", "on the second body; its origin is the centre of the ball"),
+        FrameSpec::new(
+            "j",
+            "on the second body; its origin is the centre of the ball, its axes are those of the ellipsoid",
+        ),
     ];
     type Parameters = PlaneContactParameters;
 
@@ -147,14 +159,29 @@ impl Constraint for PlaneContact {
 
     fn residual<S: Scalar>(&self, at: &Configuration<'_, S>, rows: &mut Rows<'_, S>) {
         let (i, j) = (&at.frames[0], &at.frames[1]);
-        rows.push(blocks::displacement_along_z(i, j) - self.0.radius);
+        let reach = self.half_axes_towards(i, j).map_or_else(S::zero, length);
+        rows.push(blocks::displacement_along_z(i, j) - reach - self.0.radius);
     }
 
     fn velocity_residual<S: Scalar>(&self, at: &Motion<'_, S>, rows: &mut Rows<'_, S>) {
         let (i, j) = (&at.frames()[0], &at.frames()[1]);
-        let contact = j.position - i.z() * S::from(self.0.radius);
+        let mut contact = j.position - i.z() * S::from(self.0.radius);
+        if let (Some(towards), Some(half_axes)) = (self.half_axes_towards(i, j), self.0.half_axes) {
+            let place = towards.component_mul(&Vec3::from(half_axes.map(S::from))) / length(towards);
+            contact -= j.rotation * place;
+        }
         let slip = at.relative_velocity_at(0, 1, contact);
         rows.push(i.x().dot(&slip));
         rows.push(i.y().dot(&slip));
+    }
+}
+
+impl PlaneContact {
+    /// A `z_i`, in axes of frame j.
+    fn half_axes_towards<S: Scalar>(&self, i: &Frame<S>, j: &Frame<S>) -> Option<Vec3<S>> {
+        self.0.half_axes.map(|half_axes| {
+            let normal = j.rotation.transpose() * i.z();
+            normal.component_mul(&Vec3::from(half_axes.map(S::from)))
+        })
     }
 }

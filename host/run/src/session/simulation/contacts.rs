@@ -188,13 +188,28 @@ impl Simulation<'_> {
     pub(super) fn watch_contacts(&mut self, t: f64, state: &[f64]) -> Result<(), AnalysisError> {
         let Some(touch) = &mut self.touch else { return Ok(()) };
         let values = touch.open.at(self.formulation.as_mut(), &mut self.observed, t, state)?.to_vec();
-        let sizes = [self.scales.length, self.scales.speed_scale()];
-        let is_passed = |k: &usize| values[*k] < -PASSED * touch.size_of(*k, sizes) && !touch.closed.contains(k);
-        if let Some(k) = (0..values.len()).find(is_passed) {
-            return Err(AnalysisError::Passed { row: touch.name(k), value: values[k] });
+        if self.passed(&values).is_some() {
+            // The gradients are those of the last meeting, and may have been next to nothing there: what is in the middle of a hollow
+            // is as far from its wall on all sides.
+            let inputs = self.formulation.observe(t, state, false)?.inputs.to_vec();
+            let Some(touch) = &mut self.touch else { return Ok(()) };
+            touch.contacts.look(&inputs, &self.layout.velocities_in(&inputs), self.formulation.sets())?;
+            touch.gradients = touch.contacts.sizes();
+        }
+        if let Some(passed) = self.passed(&values) {
+            return Err(passed);
         }
         self.limits(t, state)?;
         self.watch_idle(t, state)
+    }
+
+    /// An open contact that is on the wrong side.
+    fn passed(&self, values: &[f64]) -> Option<AnalysisError> {
+        let touch = self.touch.as_ref()?;
+        let sizes = [self.scales.length, self.scales.speed_scale()];
+        let is_passed = |k: &usize| values[*k] < -PASSED * touch.size_of(*k, sizes) && !touch.closed.contains(k);
+        let found = (0..values.len()).find(is_passed);
+        found.map(|k| AnalysisError::Passed { row: touch.name(k), value: values[k] })
     }
 
     /// Whether there are unilateral rows.
