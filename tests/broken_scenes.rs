@@ -121,6 +121,8 @@ const CASES: &[Case] = &[
     case("division_by_zero", &[("\"2 kg\"", "\"2 kg / 0\"")], Scene, &[codes::NO_VALUE]),
     case("cyclic_parameters", &[("rod.length = \"0.5 m\"", "rod.length = \"2 * rod.half\"\nrod.half = \"rod.length / 2\"")], Scene, &[codes::PARAMETER_CYCLE]),
     // The model.
+    case("signal_of_another_quantity", &[("[[output]]", "[[force]]\nname = \"push\"\ntype = \"vector-force\"\nbodies = [\"ground\", \"rod\"]\npoint = [0, 0, 0]\ninputs.x = \"angle\"\n\n[[output]]")], Scene, &[codes::DIMENSION]),
+    case("inerter_of_no_length", &[("translational-spring-damper", "inerter"), ("{ position = [0, 1, 0] }, { position = [\"rod.length / 2\", 0, 0] }", "{}, { position = [\"-rod.length / 2\", 0, 0] }"), ("params.stiffness = \"20 N/m\"\nparams.free_length = \"40 cm\"", "params.inertance = 1")], Scene, &[codes::BAD_PLACEMENT]),
     case("missing_body", &[("bodies = [\"ground\", \"rod\"]\npoint", "bodies = [\"ground\", \"rood\"]\npoint")], Scene, &[codes::UNKNOWN_BODY]),
     case("typo_in_a_type", &[("\"revolute\"", "\"revolut\"")], Scene, &[codes::UNKNOWN_TYPE]),
     case("forgotten_library", &[("\"joints\", \"forces\"", "\"joints\"")], Scene, &[codes::UNKNOWN_TYPE]),
@@ -405,7 +407,9 @@ fn ends_before_the_end_have_their_exit_codes() {
     // A spring whose ends fall together has no direction.
     let directionless = exit_of(&["spring.frames=[{},{position=[-0.25,0,0]}]"]);
     assert_eq!((directionless.exit_code(), directionless.summary.code), (6, Some(codes::MOTION_NOT_FINITE)));
-    assert!(directionless.summary.reason.contains("not a finite number"), "{}", directionless.summary.reason);
+    let said = &directionless.summary.reason;
+    assert!(said.contains("the points of `spring` on the ground and `rod` are together at t = 0 s"), "{said}");
+    assert!(said.contains("not a finite number"), "{said}");
     assert_eq!(exit_of(&["simulation.audit_tolerance=1e-300"]).exit_code(), Exit::Audit as i32);
     assert_eq!(exit_of(&[]).exit_code(), 0);
 }

@@ -385,3 +385,54 @@ component = "x"
         }
     }
 }
+
+/// A mass that passes the anchor of what acts along the line between them.
+#[test]
+fn points_that_meet_are_named_where_a_run_ends() {
+    let scene = |element: &str| {
+        format!(
+            r#"
+[plugins]
+libraries = ["odyn-joints", "odyn-forces"]
+[units]
+time = "ms"
+[simulation]
+gravity = [0, 0, 0]
+t_end = "1 s"
+output_step = "0.1 s"
+[[body]]
+name = "mass"
+mass = 1
+inertia = [1, 1, 1]
+position = [0.5, 0, 0]
+velocity = ["-3 m/s", 0, 0]
+[[joint]]
+name = "guide"
+type = "translational"
+bodies = ["ground", "mass"]
+axis = [1, 0, 0]
+[[force]]
+name = "line"
+bodies = ["ground", "mass"]
+points = [[0, 0, 0], [0.5, 0, 0]]
+{element}
+"#
+        )
+    };
+    let damper = "type = \"hydraulic-damper\"\nparams.area = \"1 cm^2\"\nparams.laminar_1 = \"1e6 Pa s/m^3\"\n\
+                  params.turbulent_1 = \"4e10 kg/m^7\"\nparams.laminar_2 = \"2e7 Pa s/m^3\"";
+    let gravity = "type = \"point-gravity\"\nparams.gravitational_parameter = \"1 m^3/s^2\"\nparams.mass = 1";
+    for (element, time) in [(damper, "167.54"), (gravity, "127.836")] {
+        for method in ["dop853", "radau5"] {
+            let run = try_run(&scene(element), &[&format!("simulation.method=\"{method}\"")]).unwrap();
+            let said = format!("the points of `line` on the ground and `mass` are together at t = {time}");
+            assert!(run.summary.reason.contains(&said), "{method}: {}", run.summary.reason);
+            assert!(run.summary.reason.contains("put one of them further out"), "{}", run.summary.reason);
+        }
+    }
+    let further_out = scene(damper).replace("[[0, 0, 0], [0.5", "[[-9, 0, 0], [0.5");
+    assert_eq!(try_run(&further_out, &[]).unwrap().exit_code(), 0);
+    let start = scene(damper).replace("position = [0.5", "position = [0").replace("0], [0.5", "0], [0");
+    let refused = try_run(&start, &[]).err().unwrap();
+    assert!(refused.contains("two of its points lie together"), "{refused}");
+}

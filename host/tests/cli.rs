@@ -198,7 +198,7 @@ fn a_watched_scene_runs_again_when_it_changes() {
     scratch.file("brick.toml", &BRICK.replace("t_end = 2000", "t_end = 1000"));
     wait_for("watching brick.toml", 3);
     assert_eq!(scratch.json("out/summary.json")["rows"], 11);
-    let sent = Command::new("kill").args(["-INT", &run.id().to_string()]).status().unwrap();
+    let sent = Command::new("kill").args([&format!("-{signal}"), &run.id().to_string()]).status().unwrap();
     assert!(sent.success());
     assert_eq!(run.wait().unwrap().code(), Some(130));
 }
@@ -299,7 +299,19 @@ fn codes_are_explained() {
 #[cfg(unix)]
 #[test]
 fn an_interrupt_leaves_valid_results() {
-    let scratch = Scratch::new("interrupt");
+    leaves_valid_results("INT");
+}
+
+/// As the end of a job's time has it.
+#[cfg(unix)]
+#[test]
+fn being_asked_to_end_leaves_valid_results() {
+    leaves_valid_results("TERM");
+}
+
+#[cfg(unix)]
+fn leaves_valid_results(signal: &str) {
+    let scratch = Scratch::new(&format!("interrupt-{signal}"));
     // Far more than any machine computes while this test waits.
     let mut command = scratch.command("run brick.toml --t-end 1e9 -o out --set simulation.max_steps=2000000000");
     let mut run = command.stdout(std::process::Stdio::null()).stderr(std::process::Stdio::null()).spawn().unwrap();

@@ -17,7 +17,7 @@ use crate::analysis::{Evaluator, start_inputs};
 use crate::diagnostics::{Diagnostic, codes, help_for};
 use crate::linear::refuse;
 use crate::model::{Level, Model, Quantity};
-use crate::scene::{Dimension, number_and_unit, parse_unit};
+use crate::scene::{Dimension, name_and_unit, number_and_unit, parse_unit};
 use crate::session::{Session, SessionError};
 
 /// A quantity with its unit.
@@ -128,13 +128,9 @@ fn coordinate(model: &Model, name: &str) -> Option<(usize, usize)> {
 
 /// A header cell: name, number of primes, unit.
 fn cell(text: &str) -> (String, usize, Option<String>) {
-    let text = text.trim();
-    let (name, unit) = match text.split_once('[') {
-        Some((name, rest)) => (name.trim(), Some(rest.trim_end().trim_end_matches(']').trim().to_owned())),
-        None => (text, None),
-    };
+    let (name, unit) = name_and_unit(text);
     let bare = name.trim_end_matches('\'');
-    (bare.to_owned(), name.len() - bare.len(), unit)
+    (bare.to_owned(), name.len() - bare.len(), unit.map(str::to_owned))
 }
 
 impl Motion {

@@ -166,7 +166,7 @@ table! {
     BAD_INERTIA = "ODY0308", Scene, "inertia must not be negative",
         "No principal moment of inertia of a moving body may be negative, nor may all be zero. One that is zero, as that of a thin rod about its axis, is taken as 1e-12 of the largest, which changes no result within reach of a tolerance. Check the signs of the products of inertia: `xy` is the entry of the tensor, minus the integral of x*y.";
     UNREAL_INERTIA = "ODY0309", Scene, "no real body has this inertia",
-        "Each principal moment of inertia of a real body is at most the sum of the other two. The motion is computed as written; `--strict` refuses it. Often the centre of reference is another one, or a unit is wrong.";
+        "Each principal moment of inertia of a real body is at most the sum of the other two; where it is more by what rounding to three digits explains, as of a thin plate, nothing is said. The motion is computed as written; `--strict` refuses it. Often the centre of reference is another one, or a unit is wrong.";
     UNKNOWN_ELEMENT_PARAMETER = "ODY0310", Scene, "the element has no such parameter",
         "`odyn elements describe TYPE` lists the parameters with units and defaults.";
     MISSING_ELEMENT_PARAMETER = "ODY0311", Scene, "the element needs a parameter",

@@ -188,7 +188,7 @@ fn candidates(
         }
         let (units, quantity) = (&session.scene.units, parameter.value);
         let is_plain = quantity.plain || quantity.dimension == odyn_scene::Dimension::DIMENSIONLESS;
-        let label = if is_plain { String::new() } else { units.label(quantity.dimension) };
+        let label = if is_plain { String::new() } else { units.label_as(quantity.dimension, text) };
         let factor = if is_plain { 1.0 } else { units.factor(quantity.dimension) };
         let start = quantity.si / factor;
         if !start.is_finite() || start == 0.0 {

@@ -10,7 +10,7 @@
 use super::dimension::Dimension;
 use super::quantity::Quantity;
 use super::raw::{RawKind, RawTable, RawValue, Spanned};
-use super::units::parse_unit;
+use super::units::{name_and_unit, parse_unit};
 use odyn_diagnostics::{Diagnostic, Source, codes, help_for};
 use std::io::Read;
 use std::ops::Range;
@@ -258,9 +258,8 @@ fn checked_unit(unit: String, span: Range<usize>) -> Found<String> {
 
 /// `speed [rpm]`
 fn column(field: Cell) -> Column {
-    let parts = field.text.strip_suffix(']').and_then(|text| text.split_once('['));
-    let (name, unit) = parts.map_or((field.text.as_str(), ""), |(name, unit)| (name.trim(), unit.trim()));
-    Column { name: Cell { text: name.to_owned(), span: field.span.clone() }, unit: unit.to_owned() }
+    let (name, unit) = name_and_unit(&field.text);
+    Column { name: Cell { text: name.to_owned(), span: field.span.clone() }, unit: unit.unwrap_or_default().to_owned() }
 }
 
 /// A number with the unit of its column, as a scene would have it.

@@ -63,8 +63,8 @@ fn in_unit(raw: &RawValue, value: Option<&RawValue>, record: &Record<'_>, reader
 }
 
 /// Without: the dimension is that of the value.
-fn in_scene_units(value: Option<&RawValue>, reader: &mut Reader<'_>) -> Option<Given> {
-    let (value, dimension) = match value.map(|value| reader.scope.any_quantity(value)) {
+fn in_scene_units(raw: Option<&RawValue>, reader: &mut Reader<'_>) -> Option<Given> {
+    let (value, dimension) = match raw.map(|value| reader.scope.any_quantity(value)) {
         None => (0.0, Dimension::DIMENSIONLESS),
         Some(Ok(quantity)) => (quantity.si, quantity.dimension),
         Some(Err(diagnostic)) => {
@@ -73,5 +73,6 @@ fn in_scene_units(value: Option<&RawValue>, reader: &mut Reader<'_>) -> Option<G
         }
     };
     let units = reader.scope.units;
-    Some(Given { value, dimension, unit: units.label(dimension), factor: units.factor(dimension) })
+    let written = raw.and_then(RawValue::as_text).unwrap_or_default();
+    Some(Given { value, dimension, unit: units.label_as(dimension, written), factor: units.factor(dimension) })
 }

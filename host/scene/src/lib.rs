@@ -102,7 +102,7 @@ pub use record::{
 };
 pub use shapes::{ShapeKind, ShapeRecord};
 pub use unit_system::UnitSystem;
-pub use units::{UnitError, number_and_unit, parse_unit};
+pub use units::{UnitError, name_and_unit, number_and_unit, parse_unit};
 
 use odyn_diagnostics::{Diagnostic, Source, codes};
 use reader::{NamesTaken, Reader, Record, Scope};

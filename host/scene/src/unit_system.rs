@@ -1,7 +1,7 @@
 //! The units in which a scene writes its plain numbers, and in which results are given.
 
 use super::dimension::Dimension;
-use super::units::{UnitError, parse_unit};
+use super::units::{UnitError, is_of_torque, parse_unit};
 use odyn_diagnostics::codes;
 
 /// Base units of a scene (`[units]`), with names for its results.
@@ -73,7 +73,7 @@ impl UnitSystem {
     /// Name of one scene unit of the dimension: `kN`, `kN/mm`, `mm/ms^2`; `1` for a plain number.
     ///
     /// Torques have the dimension of an energy and would be called `J`; use
-    /// [`UnitSystem::torque_label`] for them.
+    /// [`UnitSystem::torque_label`] for them, or [`UnitSystem::label_as`].
     pub fn label(&self, dimension: Dimension) -> String {
         let named = match dimension {
             // A unit for torques is not meant to name energies, unless nothing else can.
@@ -102,6 +102,14 @@ impl UnitSystem {
         match well_known(Dimension::ENERGY, self.factor(Dimension::TORQUE)) {
             Some(symbol) => symbol.replace('J', "N m"),
             None => self.label(Dimension::TORQUE),
+        }
+    }
+
+    /// Name of one scene unit of the dimension of what `written` names in a unit: `N m` for a torque, `J` for an energy.
+    pub fn label_as(&self, dimension: Dimension, written: &str) -> String {
+        match dimension {
+            Dimension::TORQUE if is_of_torque(written) => self.torque_label(),
+            _ => self.label(dimension),
         }
     }
 

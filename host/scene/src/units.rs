@@ -21,6 +21,23 @@ pub fn number_and_unit(text: &str) -> Option<(f64, &str)> {
     parsed.filter_map(|(number, unit)| Some((number.ok().filter(|number| number.is_finite())?, unit))).next()
 }
 
+/// `x_p [mm]`, the head of a column, in its two parts.
+#[must_use]
+pub fn name_and_unit(text: &str) -> (&str, Option<&str>) {
+    let text = text.trim();
+    match text.strip_suffix(']').and_then(|text| text.rsplit_once('[')) {
+        Some((name, unit)) if !name.trim().is_empty() => (name.trim(), Some(unit.trim())),
+        _ => (text, None),
+    }
+}
+
+/// Whether a text names a force and a length, as `N m` does: the unit of a torque, where `J` is one of an energy.
+pub(super) fn is_of_torque(text: &str) -> bool {
+    let words = text.split(|c: char| !starts_symbol(c)).filter_map(|word| parse_unit(word).ok());
+    let has = |wanted| words.clone().any(|(dimension, _)| dimension == wanted);
+    has(Dimension::FORCE) && has(Dimension::LENGTH)
+}
+
 /// Parses a whole text as a unit: its dimension, and how many SI units one of it is.
 ///
 /// # Errors

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use super::Request;
 use crate::diagnostics::{Diagnostic, codes, suggest};
-use crate::results::{Table, name_and_unit};
-use crate::scene::{Dimension, UnitError, parse_unit};
+use crate::results::Table;
+use crate::scene::{Dimension, UnitError, name_and_unit, parse_unit};
 use crate::session::Session;
 
 /// What was measured.
@@ -91,16 +91,16 @@ impl Data {
             let error = refused(format!("t = {time} {label} is measured, the scene runs from {from} to {to} {label}"));
             return Err(Box::new(error.help("times are in the scene's unit; `--t-end` lets the scene run longer")));
         }
-        let headers: Vec<(String, Option<String>)> = table.names.iter().map(|name| name_and_unit(name)).collect();
+        let headers: Vec<(&str, Option<&str>)> = table.names.iter().map(|name| name_and_unit(name)).collect();
         let wanted: Vec<(String, String)> = if request.columns.is_empty() {
-            headers.iter().map(|(name, _)| (name.clone(), name.clone())).collect()
+            headers.iter().map(|(name, _)| ((*name).to_owned(), (*name).to_owned())).collect()
         } else {
             request.columns.clone()
         };
         let outputs: Vec<&str> = session.model.channels.iter().map(|channel| channel.name.as_str()).collect();
         for (column, output) in wanted {
             let Some(number) = headers.iter().position(|(name, _)| *name == column) else {
-                let names: Vec<&str> = headers.iter().map(|(name, _)| name.as_str()).collect();
+                let names: Vec<&str> = headers.iter().map(|(name, _)| *name).collect();
                 let help = format!("it has {}", names.join(", "));
                 return Err(Box::new(refused(format!("the table has no column `{column}`")).help(help)));
             };

@@ -49,10 +49,12 @@ impl Parameter {
             _ => None,
         };
         if let Some(value) = plain {
-            let dimension = dimension_of(key, session);
+            let (dimension, declared) = dimension_of(key, session).unzip();
             let units = &session.scene.units;
             let factor = dimension.map_or(1.0, |dimension| units.factor(dimension));
-            let unit = dimension.filter(|one| *one != Dimension::DIMENSIONLESS).map(|one| units.label(one));
+            let declared = declared.flatten().unwrap_or_default();
+            let unit =
+                dimension.filter(|one| *one != Dimension::DIMENSIONLESS).map(|one| units.label_as(one, declared));
             return Ok(Self { key: key.into(), value, unit: unit.unwrap_or_default(), factor, dimension, plain: true });
         }
         let (si, dimension) = session.scene.any_quantity(&raw).map_err(|error| {
@@ -65,7 +67,8 @@ impl Parameter {
             return Ok(Self { key: key.into(), value: si, unit, factor: 1.0, dimension, plain: true });
         }
         let units = &session.scene.units;
-        let (unit, factor) = (units.label(dimension), units.factor(dimension));
+        let written = raw.as_text().unwrap_or_default();
+        let (unit, factor) = (units.label_as(dimension, written), units.factor(dimension));
         Ok(Self { key: key.into(), value: si / factor, unit, factor, dimension: Some(dimension), plain: false })
     }
 
@@ -120,12 +123,13 @@ impl Parameter {
 }
 
 /// Dimension of a plain number at a key, where it is known.
-fn dimension_of(key: &str, session: &Session) -> Option<Dimension> {
+fn dimension_of<'a>(key: &str, session: &'a Session) -> Option<(Dimension, Option<&'a str>)> {
+    let of_scene = |dimension| Some((dimension, None));
     let path: Vec<&str> = key.split('.').collect();
     if path[0] == "simulation" {
         return match *path.get(1)? {
-            "gravity" => Some(Dimension::ACCELERATION),
-            "t_start" | "t_end" | "output_step" | "max_step" | "fixed_step" | "first_step" => Some(Dimension::TIME),
+            "gravity" => of_scene(Dimension::ACCELERATION),
+            "t_start" | "t_end" | "output_step" | "max_step" | "fixed_step" | "first_step" => of_scene(Dimension::TIME),
             _ => None,
         };
     }
@@ -137,21 +141,22 @@ fn dimension_of(key: &str, session: &Session) -> Option<Dimension> {
     let word = *rest.first()?;
     if session.scene.bodies.iter().any(|body| body.name.value == *name) {
         return match word {
-            "mass" => Some(Dimension::MASS),
-            "inertia" => Some(Dimension::INERTIA),
-            "position" | "com" => Some(Dimension::LENGTH),
-            "velocity" => Some(Dimension::VELOCITY),
-            "angular_velocity" => Some(Dimension::ANGULAR_VELOCITY),
-            "orientation" if rest.last() == Some(&"angle") => Some(Dimension::ANGLE),
+            "mass" => of_scene(Dimension::MASS),
+            "inertia" => of_scene(Dimension::INERTIA),
+            "position" | "com" => of_scene(Dimension::LENGTH),
+            "velocity" => of_scene(Dimension::VELOCITY),
+            "angular_velocity" => of_scene(Dimension::ANGULAR_VELOCITY),
+            "orientation" if rest.last() == Some(&"angle") => of_scene(Dimension::ANGLE),
             _ => None,
         };
     }
     let element = session.model.elements.iter().find(|element| element.name == *name)?;
     match (word, rest.get(1)) {
-        ("point", _) => Some(Dimension::LENGTH),
+        ("point", _) => of_scene(Dimension::LENGTH),
         ("params", Some(parameter)) if rest.len() == 2 => {
             let spec = element.class.params.iter().find(|spec| spec.name == **parameter)?;
-            if spec.unit.is_empty() { None } else { parse_unit(&spec.unit).ok().map(|(dimension, _)| dimension) }
+            let (dimension, _) = parse_unit(&spec.unit).ok().filter(|_| !spec.unit.is_empty())?;
+            Some((dimension, Some(spec.unit.as_str())))
         }
         _ => None,
     }

@@ -1,10 +1,11 @@
 //! [`Unknowns`]: the values of internal unknowns at the start, and whether they can be followed.
 
+use nalgebra::Vector3;
 use odyn_numerics::draw::SplitMix64;
 
 use super::evaluator::Evaluator;
 use super::formulation::AnalysisError;
-use crate::model::Model;
+use crate::model::{Model, needs_distance, origins, rotation, together};
 use crate::plan::Layout;
 use crate::program::{Equations, Sets};
 
@@ -26,6 +27,8 @@ const TRIALS: u64 = 4;
 const BALANCINGS: usize = 8;
 /// How often elements that take signals from each other are solved in turns.
 const ROUNDS: usize = 3;
+/// Why unknowns of an element that acts along a line may not be found.
+const TOGETHER: &str = "two of its points lie together, where the line between them has no direction to act along";
 
 /// The unknowns of one element.
 struct Own {
@@ -40,6 +43,8 @@ struct Own {
 /// See the module documentation.
 pub struct Unknowns {
     elements: Vec<Own>,
+    /// Where the places of bodies begin among the inputs.
+    bodies: Vec<usize>,
 }
 
 impl Unknowns {
@@ -56,7 +61,8 @@ impl Unknowns {
                 conditions: Evaluator::new(&equations.graph, &solved.at_carried),
             }
         };
-        Self { elements: equations.graph.solved.iter().map(own).collect() }
+        let bodies = (0..layout.bodies).map(|body| layout.body_slot(body, 0)).collect();
+        Self { elements: equations.graph.solved.iter().map(own).collect(), bodies }
     }
 
     /// Finds the values that the conditions ask for near those in `inputs`, by Newton's method with steps shortened until the next one
@@ -73,6 +79,14 @@ impl Unknowns {
                     Stop::At(unknown, why) => {
                         let element = &model.elements[own.element];
                         let unknown = unknown_name(&element.class, unknown);
+                        let points = origins(&element.markers, |body| {
+                            let y = &inputs[self.bodies[body]..];
+                            (Vector3::new(y[0], y[1], y[2]), rotation(&[y[3], y[4], y[5], y[6]]))
+                        });
+                        let size = points.iter().map(|point| point.norm()).fold(0.0, f64::max);
+                        let met = together(&points, size);
+                        let needs = |pair| needs_distance(&element.recording, &points, pair, size.max(1.0));
+                        let why = if met.is_some_and(needs) { TOGETHER } else { why };
                         AnalysisError::Unsolved { element: element.name.clone(), unknown, why }
                     }
                 })?;

@@ -5,7 +5,7 @@ use rustc_hash::FxHashMap;
 
 use super::types::{Body, Thin, rotation};
 use crate::diagnostics::{Diagnostic, codes, suggest};
-use crate::scene::{BodyRecord, GROUND, Scene, Spanned};
+use crate::scene::{BodyRecord, Dimension, GROUND, Scene, Spanned};
 
 /// What a body name of the scene stands for.
 #[derive(Debug, Clone)]
@@ -69,7 +69,7 @@ pub(super) fn resolve(scene: &Scene, found: &mut Vec<Diagnostic>) -> Bodies {
         let target = if record.fixed {
             Target::Fixed { origin, rotation: attitude }
         } else {
-            check(record, found);
+            check(record, scene, found);
             let (mass, center_of_mass, mut inertia) = composed(record);
             let thin = raise_vanishing(&mut inertia);
             bodies.frames.push((origin, attitude));
@@ -100,6 +100,9 @@ const THIN: f64 = 1e-12;
 const THIN_ENERGY: f64 = 1e-6;
 /// Negative moments of this share of the largest are round-off of what the tensor was computed from.
 const ROUND_OFF: f64 = 1e-12;
+/// Share by which the largest moment of a plate can exceed the sum of the other two where all are rounded to three digits, as published
+/// ones are: 1.005 and twice 0.4995.
+const ROUNDED: f64 = 6.1e-3;
 
 /// Mass, centre of mass and inertia about it of a body with its point masses (Haug 1989, section 11.2: parallel axes).
 ///
@@ -154,7 +157,7 @@ fn tensor([xx, yy, zz, xy, yz, zx]: [f64; 6]) -> Matrix3<f64> {
 }
 
 /// Mass and inertia must be positive; an inertia that no body can have is used as given, with a warning.
-fn check(record: &BodyRecord, found: &mut Vec<Diagnostic>) {
+fn check(record: &BodyRecord, scene: &Scene, found: &mut Vec<Diagnostic>) {
     let name = &record.name.value;
     if let Some(mass) = &record.mass
         && mass.value <= 0.0
@@ -182,11 +185,20 @@ fn check(record: &BodyRecord, found: &mut Vec<Diagnostic>) {
                 .at(inertia.span.clone(), what)
                 .help("a body without extent is declared with `particle = true` and needs no inertia; a thin rod has one moment 0"),
         );
-    } else if largest > (sum - largest) * (1.0 + 1e-12) {
+    } else if largest > (sum - largest) * (1.0 + ROUNDED) {
+        let moment = |value: f64| in_digits(scene.units.from_si(value, Dimension::INERTIA));
+        let others = [least, sum - largest - least].map(moment);
+        let [largest, others, unit] = [moment(largest), others.join(" and "), scene.units.label(Dimension::INERTIA)];
         found.push(
             Diagnostic::warning(codes::UNREAL_INERTIA, format!("no rigid body can have the inertia of `{name}`"))
-                .at(inertia.span.clone(), "the largest principal moment exceeds the sum of the other two")
-                .help("the inertia is used as given; every principal moment of a real body is at most the sum of the others"),
+                .at(inertia.span.clone(), format!("the principal moments {others} {unit} together are less than the third, {largest} {unit}"))
+                .help("the inertia is used as given; each principal moment of a real body is at most the sum of the other two")
+                .help("moments must be about the centre of mass, all in one unit, and products of inertia have the signs of the tensor"),
         );
     }
+}
+
+/// A number with the four digits that tell it.
+fn in_digits(value: f64) -> String {
+    format!("{value:.3e}").parse::<f64>().unwrap_or(value).to_string()
 }

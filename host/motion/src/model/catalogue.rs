@@ -3,7 +3,7 @@
 use element_api::params::{ParamKind, ParamSpec};
 
 use crate::diagnostics::{Diagnostic, codes, help_for};
-use crate::scene::{Quantity, RawKind, RawTable, RawValue, parse_unit};
+use crate::scene::{Quantity, RawKind, RawTable, RawValue, name_and_unit, parse_unit};
 
 /// The key of a scene that picks a row.
 pub(super) const USE: &str = "use";
@@ -27,10 +27,8 @@ impl Catalogue {
         let Some(head) = lines.next() else { return Ok(None) };
         let columns: Vec<(String, String)> = head
             .split(',')
-            .map(|field| match field.trim().strip_suffix(']').and_then(|text| text.split_once('[')) {
-                Some((name, unit)) => (name.trim().to_owned(), unit.trim().to_owned()),
-                None => (field.trim().to_owned(), String::new()),
-            })
+            .map(name_and_unit)
+            .map(|(name, unit)| (name.to_owned(), unit.unwrap_or_default().to_owned()))
             .collect();
         let rows: Vec<Vec<String>> =
             lines.map(|line| line.split(',').map(|field| field.trim().to_owned()).collect()).collect();

@@ -156,19 +156,19 @@ impl Words<'_> {
             let (name, unit, factor) = (record.name.value.clone(), unit.clone(), *factor);
             return Ok(Channel { name, quantity, dimension, unit, factor, place });
         }
-        let is_torque = match &quantity {
-            Quantity::Load { torque, .. } | Quantity::Balance { torque, .. } => *torque,
+        let unit = match &quantity {
+            Quantity::Load { torque: true, .. } | Quantity::Balance { torque: true, .. } => units.torque_label(),
             // A torque has the dimension of an energy; only the element knows which of them it means.
             Quantity::Value { element, channel } => {
-                self.elements.instances[*element].class.reported()[*channel].unit == "N m"
+                units.label_as(dimension, &self.elements.instances[*element].class.reported()[*channel].unit)
             }
-            _ => false,
+            _ => units.label(dimension),
         };
         Ok(Channel {
             name: record.name.value.clone(),
             quantity,
             dimension,
-            unit: if is_torque { units.torque_label() } else { units.label(dimension) },
+            unit,
             factor: units.factor(dimension),
             place,
         })

@@ -10,7 +10,8 @@ use nalgebra::{Matrix3, Vector3};
 use rustc_hash::FxHashMap;
 
 use super::bodies::{Bodies, Target, quoted};
-use super::types::{Body, Instance, Marker};
+use super::together::{needs_distance, origins, together};
+use super::types::{Body, Instance, Marker, rotation};
 use super::{fmus, inertia, margins, parameters, tables};
 use crate::catalog::{Catalog, ElementHandle, LibraryInfo, fault_code};
 use crate::diagnostics::{Diagnostic, codes, suggest};
@@ -407,7 +408,23 @@ impl Elements {
             return Err(misbehaved(format!("its row `{name}` is never set")));
         }
         recording.check(&class.limits()).map_err(misbehaved)?;
-        inertia::check(&recording, &markers, bodies).map_err(misbehaved)?;
+        inertia::check(&recording, &markers, bodies).map_err(|message| {
+            let points = origins(&markers, |body| (bodies[body].position, rotation(&bodies[body].orientation)));
+            // Whoever reads that a number is none learns why, where it is the scene's doing.
+            let size = points.iter().map(|point| point.norm()).fold(0.0, f64::max);
+            let needs = |pair: &[usize; 2]| needs_distance(&recording, &points, *pair, size.max(1.0));
+            match together(&points, size).filter(needs) {
+                None => misbehaved(message),
+                Some(_) => Box::new(
+                    Diagnostic::error(codes::BAD_PLACEMENT, format!("points of `{}` lie together", record.name.value))
+                        .at(
+                            record.type_name.span.clone(),
+                            "acts along the line between its points, which has no direction there",
+                        )
+                        .help("put one of them further out along the line of motion"),
+                ),
+            }
+        })?;
         let mut rows: Vec<usize> = recording
             .outputs
             .iter()

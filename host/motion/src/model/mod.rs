@@ -16,6 +16,7 @@
 //! | `catalogue.rs` | rows of recommended parameters that libraries bring along |
 //! | `parameters.rs` | parameters against their descriptions |
 //! | `tables.rs` | curves that leave their points, or that no joint can follow |
+//! | `together.rs` | points of an element between which a line has no direction |
 //! | `margins.rs` | what is looked at while a scene runs: checks of elements, arguments of grids |
 //! | `channels.rs` | the words of requested outputs |
 //! | `picture.rs` | what a picture of the motion is made of |
@@ -34,6 +35,7 @@ mod picture;
 pub mod schema;
 mod signals;
 mod tables;
+mod together;
 mod types;
 
 #[cfg(test)]
@@ -51,6 +53,7 @@ pub use inertia::{FramePose, loads_along, mass_at};
 pub use margins::{Watched, WatchedValue};
 pub use parameters::resolve as resolve_parameters;
 pub use picture::{Place, Shown, movable_records, place_of_shape};
+pub use together::{needs_distance, origins, together};
 pub use types::{
     Axes, Body, Channel, GridUse, Instance, Lent, Level, Marker, Model, Quantity, Signal, Source, Thin,
     euler_parameters, rotation, skew,
@@ -77,7 +80,7 @@ pub fn resolve(scene: &Scene, catalog: &Catalog) -> Result<Resolved, Vec<Diagnos
     }
     let channels = channels::resolve(scene, &bodies, &elements, &mut found);
     if !found.iter().any(Diagnostic::is_error) {
-        signals::connect(scene, &channels, &mut elements.instances, &mut found);
+        signals::connect(scene, catalog, &channels, &mut elements.instances, &mut found);
         signals::warn_of_unused(scene, &channels, &elements.instances, &mut found);
     }
     if found.iter().any(Diagnostic::is_error) {

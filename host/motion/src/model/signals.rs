@@ -1,13 +1,14 @@
 //! What is connected to the signal inputs of force and control elements.
 
 use element_api::recording::{Input, Op, Role};
-use element_api::{Kind, Recording};
+use element_api::{Descriptor, Kind, NamedInput, Recording};
 use rustc_hash::FxHashMap;
 
 use super::bodies::quoted;
 use super::moved_rows;
 use super::parameters::dimension_of;
 use super::types::{Channel, Instance, Level, Quantity, Signal, Source};
+use crate::catalog::Catalog;
 use crate::diagnostics::{Diagnostic, codes, suggest};
 use crate::scene::{Dimension, ElementRecord, ExternalInput, InputSource, Scene, Spanned};
 
@@ -26,7 +27,13 @@ pub(super) fn given(record: &ExternalInput) -> Signal {
 
 /// Fills in [`Instance::inputs`]. Mistakes are added to `found`: unknown sources, dimensions, signals that depend on
 /// themselves.
-pub(super) fn connect(scene: &Scene, channels: &[Channel], instances: &mut [Instance], found: &mut Vec<Diagnostic>) {
+pub(super) fn connect(
+    scene: &Scene,
+    catalog: &Catalog,
+    channels: &[Channel],
+    instances: &mut [Instance],
+    found: &mut Vec<Diagnostic>,
+) {
     let before = found.len();
     let named = |record: &ElementRecord| !record.inputs.is_empty();
     let any_named = scene.elements.iter().any(named);
@@ -36,7 +43,7 @@ pub(super) fn connect(scene: &Scene, channels: &[Channel], instances: &mut [Inst
         }
         let name = instances[index].name.clone();
         let Some(record) = scene.elements.iter().find(|record| record.name.value == name) else { continue };
-        let (sources, mut mistakes) = sources_of(record, &instances[index], scene, channels, instances);
+        let (sources, mut mistakes) = sources_of(record, &instances[index], (scene, catalog), channels, instances);
         found.append(&mut mistakes);
         instances[index].inputs = sources;
     }
@@ -52,7 +59,7 @@ pub(super) fn connect(scene: &Scene, channels: &[Channel], instances: &mut [Inst
 fn sources_of(
     record: &ElementRecord,
     instance: &Instance,
-    scene: &Scene,
+    (scene, catalog): (&Scene, &Catalog),
     channels: &[Channel],
     instances: &[Instance],
 ) -> (Vec<Source>, Vec<Diagnostic>) {
@@ -82,7 +89,10 @@ fn sources_of(
         let unit = || if input.unit.is_empty() { Ok(None) } else { dimension_of(&input.unit).map(Some) };
         let given = record.inputs.iter().find(|given| given.name.value == input.name);
         let source = match (given, input.default) {
-            (Some(given), _) => unit().and_then(|unit| source(&given.source, unit, scene, channels, instances)),
+            (Some(given), _) => {
+                let takers = |dimension| takers(catalog, class.kind, dimension);
+                unit().and_then(|unit| source(&given.source, (unit, &takers), scene, channels, instances))
+            }
             (None, Some(default)) => Ok(Source::Constant(default)),
             (None, None) => Err(Box::new(
                 Diagnostic::error(
@@ -123,10 +133,26 @@ pub(super) fn warn_of_unused(scene: &Scene, channels: &[Channel], instances: &[I
     }
 }
 
-/// What a source stands for; `dimension` is what is expected, if anything.
+/// Which elements of this kind take a signal of a dimension.
+fn takers(catalog: &Catalog, kind: Kind, given: Dimension) -> Option<String> {
+    let takes = |input: &NamedInput| {
+        input.unit.is_empty() || dimension_of(&input.unit).is_ok_and(|dimension| given.compatible(dimension))
+    };
+    let mut found = Vec::new();
+    for element in catalog.elements().filter(|element| element.descriptor().kind == kind) {
+        let Descriptor { name, inputs, .. } = element.descriptor();
+        let inputs: Vec<&str> = inputs.iter().filter(|input| takes(input)).map(|input| input.name.as_str()).collect();
+        if !inputs.is_empty() {
+            found.push(format!("`{name}` ({})", quoted(&inputs)));
+        }
+    }
+    (!found.is_empty()).then(|| format!("{given} is taken by {}", found.join(", ")))
+}
+
+/// What a source stands for. `dimension` is what is expected, if anything; `takers` says what else takes another.
 fn source(
     written: &Spanned<InputSource>,
-    dimension: Option<Dimension>,
+    (dimension, takers): (Option<Dimension>, &dyn Fn(Dimension) -> Option<String>),
     scene: &Scene,
     channels: &[Channel],
     instances: &[Instance],
@@ -151,7 +177,8 @@ fn source(
     match dimension {
         Some(expected) if !given.compatible(expected) => Err(Box::new(
             Diagnostic::error(codes::DIMENSION, format!("expected {expected}, found {given}"))
-                .at(written.span.clone(), format!("`{name}` is {given}")),
+                .at(written.span.clone(), format!("`{name}` is {given}"))
+                .help_if(takers(given)),
         )),
         _ => Ok(Source::Quantity(quantity)),
     }

@@ -17,6 +17,8 @@
 //! side at a tolerance of 1e-10 takes some 40 evaluations of the explicit method of order 8 this way, instead of 500, and the
 //! result is more accurate, since error estimates across a jump mean little (`tests/events.rs` of this room).
 
+mod sides;
+
 use super::Watched;
 use super::enclosure::{Enclosure, Found, Jump};
 use super::interpolation::Interpolation;
@@ -34,8 +36,6 @@ const NOISE: f64 = 1e-14;
 const AHEAD: f64 = 0.5;
 /// Accuracy of the last location, as a share of the step.
 const FINE: f64 = 1e-13;
-/// Looks at the conditions for one location.
-const MOST_LOOKS: usize = 60;
 /// Steps towards one switch.
 const MOST_TRIES: u32 = 8;
 /// Share of the way left per share of a step that the interpolation was continued by.
@@ -91,6 +91,9 @@ pub(super) struct Events {
     known_at: Option<f64>,
     /// Largest magnitudes so far, of accepted states.
     sizes: Vec<f64>,
+    /// Their round-off, as measured where they seemed to change.
+    noise: Vec<f64>,
+    differences: Vec<f64>,
     /// Values at the ends of the interval in which a switch is known to be.
     low: Vec<f64>,
     high: Vec<f64>,
@@ -135,6 +138,8 @@ impl Events {
             before: vec![0.0; conditions],
             known_at: None,
             sizes: vec![0.0; conditions],
+            noise: vec![0.0; conditions],
+            differences: vec![0.0; conditions],
             low: vec![0.0; conditions],
             high: vec![0.0; conditions],
             values: vec![0.0; conditions],
@@ -180,18 +185,15 @@ impl Events {
             None => self.turns.examine(run, step)?,
             found => found,
         };
-        let found = match found {
-            None if !self.shown && self.is_across(run, y, step)? => Some(Found::Hidden(0.0, 1.0)),
-            found => found,
-        };
-        let Some(found) = found else { return Ok(None) };
         let again = match found {
-            Found::Hidden(from, to) => self.aim(run, y, step, (from, to))?,
-            Found::Sharp(share) if share > SHARP_START => {
+            None if !self.shown && self.is_across(run, y, step)? => self.aim(run, step, (0.0, 1.0))?,
+            None => None,
+            Some(Found::Hidden(from, to)) => self.aim_within(run, y, step, (from, to))?,
+            Some(Found::Sharp(share)) if share > SHARP_START => {
                 Some(Again { h: step.h * share, end_at: Some(step.start + share * step.h) })
             }
-            Found::Sharp(_) => Some(Again { h: SHARP_START * step.h, end_at: None }),
-            Found::Turned => Some(Again { h: 0.5 * step.h, end_at: None }),
+            Some(Found::Sharp(_)) => Some(Again { h: SHARP_START * step.h, end_at: None }),
+            Some(Found::Turned) => Some(Again { h: 0.5 * step.h, end_at: None }),
         };
         let Some(again) = again.filter(|again| again.h > run.smallest_step()) else { return Ok(None) };
         run.counters.rejected += 1;
@@ -200,7 +202,7 @@ impl Events {
     }
 
     /// Whether conditions differ at the ends of a step, which those of methods of few stages may not notice: all of them can lie on
-    /// one side.
+    /// one side. Their values there are [`Events::low`] and [`Events::high`] then.
     fn is_across(&mut self, run: &mut Run<'_>, y: &[f64], step: &Interpolation<'_>) -> Result<bool, Trouble> {
         if self.before.is_empty() || run.t < self.blind_until || !run.switching(step.start, y, &mut self.before)? {
             return Ok(false);
@@ -212,7 +214,8 @@ impl Events {
         }
         let sizes = self.sizes.iter_mut().zip(self.before.iter().zip(&self.high));
         sizes.for_each(|(size, (start, end))| *size = size.max(start.abs()).max(end.abs()));
-        Ok(self.changed(&self.high))
+        self.low.copy_from_slice(&self.before);
+        self.surely_changed(run, (step.start, step.h), (1.0, -1.0), step.at)
     }
 
     /// Gives up what the next step was aimed at.
@@ -242,18 +245,17 @@ impl Events {
     }
 
     /// Makes the next step end before conditions that change between two shares of this one, and change back later.
-    fn aim(
+    fn aim_within(
         &mut self,
         run: &mut Run<'_>,
         y: &[f64],
         step: &Interpolation<'_>,
         (from, to): (f64, f64),
     ) -> Result<Option<Again>, Trouble> {
-        let middle = step.start + 0.5 * (from + to) * step.h;
-        let halfway = Again { h: middle - step.start, end_at: Some(middle) };
         // Where steps are not to end at switches, at least none is to span two of them.
+        let halfway = Some(halfway(step, (from, to)));
         if self.before.is_empty() || !run.switching(step.start, y, &mut self.before)? {
-            return Ok(Some(halfway));
+            return Ok(halfway);
         }
         self.known_at = Some(step.start);
         (step.at)(from, &mut self.state);
@@ -264,10 +266,25 @@ impl Events {
             *size = size.max(start.abs());
         }
         if !known || !self.changed(&self.high) {
-            return Ok(Some(halfway));
+            return Ok(halfway);
         }
+        // What changes may be the interpolation alone: between its ends a step may be off its manifold.
+        let known = run.switching_inside(step.start + to * step.h, &mut self.state, &mut self.high)?;
+        if known && !self.surely_changed(run, (step.start, step.h), (to, -1.0), step.at)? {
+            return Ok(None);
+        }
+        self.aim(run, step, (from, to))
+    }
+
+    /// Makes the next step end before conditions that change between two shares of this one, where their values are known.
+    fn aim(
+        &mut self,
+        run: &mut Run<'_>,
+        step: &Interpolation<'_>,
+        (from, to): (f64, f64),
+    ) -> Result<Option<Again>, Trouble> {
         let located = self.locate(run, (step.start, step.h), (from, to), ROUGH * (to - from), step.at)?;
-        let Some((_, share)) = located else { return Ok(Some(halfway)) };
+        let Some((_, share)) = located else { return Ok(Some(halfway(step, (from, to)))) };
         let end = step.start + (1.0 - SHORT) * share * step.h;
         if end - step.start < run.smallest_step() {
             return Ok(None);
@@ -315,16 +332,16 @@ impl Events {
         for (size, (start, end)) in self.sizes.iter_mut().zip(self.before.iter().zip(&self.high)) {
             *size = size.max(if *start == 0.0 && *size == 0.0 { end.abs() } else { start.abs() });
         }
-        if !self.changed(&self.high) {
-            self.pending = last.map(|pending| Pending { tries: tries + 1, ..pending });
-            return Ok(last.map(|_| t + BACK * h));
-        }
         let parabola = |s: f64, out: &mut [f64]| {
             for (k, value) in out.iter_mut().enumerate() {
                 let straight = h * rates[k];
                 *value = y[k] + s * (straight + s * (y_new[k] - y[k] - straight));
             }
         };
+        if !self.surely_changed(run, (t, h), (0.0, 1.0), parabola)? {
+            self.pending = last.map(|pending| Pending { tries: tries + 1, ..pending });
+            return Ok(last.map(|_| t + BACK * h));
+        }
         let Some((_, share)) = self.locate(run, (t, h), (0.0, 1.0), ROUGH, parabola)? else { return Ok(None) };
         let end = t + (1.0 - SHORT) * share * h;
         if end - t < run.smallest_step() {
@@ -443,61 +460,10 @@ impl Events {
             run.counters.chatters += 1;
         }
     }
+}
 
-    /// Shrinks an interval of shares of a step, at whose ends the conditions are `low` (as before) and `high` (changed), to
-    /// the first of the changes: regula falsi with Illinois weights (Dowell & Jarratt 1971) over all conditions.
-    fn locate(
-        &mut self,
-        run: &mut Run<'_>,
-        (start, h): (f64, f64),
-        (mut from, mut to): (f64, f64),
-        width: f64,
-        interpolate: impl Fn(f64, &mut [f64]),
-    ) -> Result<Option<(f64, f64)>, Trouble> {
-        let mut moved = 0;
-        for _ in 0..MOST_LOOKS {
-            if to - from <= width {
-                break;
-            }
-            let at = from + (to - from) * self.zero();
-            interpolate(at, &mut self.state);
-            if !run.switching(start + at * h, &self.state, &mut self.values)? {
-                return Ok(None);
-            }
-            if self.changed(&self.values) {
-                to = at;
-                self.high.copy_from_slice(&self.values);
-                if moved == 1 {
-                    self.low.iter_mut().for_each(|value| *value *= 0.5);
-                }
-                moved = 1;
-            } else {
-                from = at;
-                self.low.copy_from_slice(&self.values);
-                if moved == -1 {
-                    self.high.iter_mut().for_each(|value| *value *= 0.5);
-                }
-                moved = -1;
-            }
-        }
-        Ok(Some((from, to)))
-    }
-
-    /// Share of the interval at which the first condition changes along straight lines.
-    fn zero(&self) -> f64 {
-        let changes = (0..self.before.len()).filter(|k| self.differs(*k, &self.high));
-        let share = changes.map(|k| self.low[k] / (self.low[k] - self.high[k])).fold(1.0, f64::min);
-        share.clamp(1e-3, 1.0 - 1e-3)
-    }
-
-    /// Whether a condition is on another side than at the start of the step, where it was on one.
-    fn differs(&self, k: usize, now: &[f64]) -> bool {
-        let least = NOISE * self.sizes[k];
-        (self.before[k] < 0.0) != (now[k] < 0.0) && now[k].abs() > least && self.before[k].abs() > least
-    }
-
-    /// Whether any condition is.
-    fn changed(&self, now: &[f64]) -> bool {
-        (0..now.len()).any(|k| self.differs(k, now))
-    }
+/// A step to the middle between two shares of this one.
+fn halfway(step: &Interpolation<'_>, (from, to): (f64, f64)) -> Again {
+    let middle = step.start + 0.5 * (from + to) * step.h;
+    Again { h: middle - step.start, end_at: Some(middle) }
 }

@@ -23,7 +23,7 @@
 //! | `rk4.rs` | the classical method, steps of one size |
 //! | `auto.rs`, `rivals.rs`, `stiffness.rs` | the choice between dop853 and radau5 |
 //! | `kinematic.rs` | motions that are found, not integrated |
-//! | `events.rs` | steps that end where the right side switches |
+//! | `events.rs`, `events/sides.rs` | steps that end where the right side switches |
 //! | `sums.rs` | sums over stages, polynomials through steps |
 //! | `stops.rs` | where the integration ends, for the state or the equations to be changed |
 //! | `enclosure.rs`, `enclosure/of_time.rs` | nothing is stepped over: ranges over a step; functions of time, before it |

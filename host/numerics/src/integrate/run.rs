@@ -195,6 +195,18 @@ impl<'a> Run<'a> {
         }
     }
 
+    /// The same at a state inside a step, brought back to the manifold.
+    ///
+    /// # Errors
+    /// As [`Run::switching`].
+    pub fn switching_inside(&mut self, t: f64, y: &mut [f64], values: &mut [f64]) -> Result<bool, Trouble> {
+        match self.system.bring_back(t, y) {
+            Ok(()) => self.switching(t, y, values),
+            Err(failure @ Failure::Fatal(_)) => Err(trouble_of(failure, t, 0.0)),
+            Err(_) => Ok(false),
+        }
+    }
+
     /// The values of all quantities that must not become negative.
     ///
     /// # Errors

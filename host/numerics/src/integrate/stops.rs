@@ -51,6 +51,11 @@ pub(super) enum Verdict {
 
 /// A share of a step, and the values there.
 type Place = (f64, Vec<f64>);
+/// Places at even distances.
+type Places = [Place; PLACES.len() + 1];
+/// The values that the polynomial through them is compared with.
+type Compared = [Vec<f64>; COMPARED.len()];
+type Looked = (Places, Compared);
 
 /// See the module documentation.
 pub(super) struct Stops {
@@ -60,11 +65,16 @@ pub(super) struct Stops {
     least: Vec<f64>,
     /// The same at the start of the step: steps that are made again have not happened.
     least_at_start: Vec<f64>,
+    least_at_end: Vec<f64>,
     /// Which of them were positive in an earlier step.
     were_positive: Vec<bool>,
     /// Values at the start of the step, known at this time.
     known_at: Option<f64>,
     state: Vec<f64>,
+    /// Which of them came down to zero in an earlier step.
+    reached: Vec<bool>,
+    /// What is seen of a whole step.
+    looked: Looked,
     /// Times that a step to the same stop was made again.
     tries: u32,
 }
@@ -77,8 +87,11 @@ impl Stops {
             first: vec![0.0; count],
             least: vec![f64::NEG_INFINITY; count],
             least_at_start: vec![f64::NEG_INFINITY; count],
+            least_at_end: vec![f64::NEG_INFINITY; count],
             were_positive: vec![false; count],
             values: vec![0.0; count],
+            reached: vec![false; count],
+            looked: Looked::default(),
             known_at: None,
             state: vec![0.0; dim],
             tries: 0,
@@ -113,11 +126,11 @@ impl Stops {
             }
         }
         // What came down to zero in an earlier step stops at its end.
-        let reached = self.first.iter().zip(&self.were_positive).map(|(first, was)| *was && *first <= ZERO);
-        let reached: Vec<bool> = reached.collect();
+        let starts = self.first.iter().zip(&self.were_positive);
+        self.reached.iter_mut().zip(starts).for_each(|(reached, (first, was))| *reached = *was && *first <= ZERO);
         if let Some((from, to)) = self.passage(run, step)? {
-            let falls = |k: usize| reached[k] && to.1[k] < self.least[k];
-            if (0..reached.len()).any(falls) {
+            let falls = |k: usize| self.reached[k] && to.1[k] < self.least[k];
+            if (0..self.reached.len()).any(falls) {
                 return Ok(Verdict::Before);
             }
             let place = to.0;
@@ -170,78 +183,86 @@ impl Stops {
     /// Two places between which the first of them becomes negative, if one does within the step; otherwise [`Stops::values`] are
     /// those at its end.
     fn passage(&mut self, run: &mut Run<'_>, step: &Interpolation<'_>) -> Result<Option<(Place, Place)>, Trouble> {
-        let mut seen = vec![(0.0, self.first.clone())];
-        for place in PLACES {
-            self.look_at(run, step, place)?;
-            if let Some(passage) = self.between(&mut seen, place) {
-                return Ok(Some(passage));
+        let mut looked = std::mem::take(&mut self.looked);
+        let passage = self.look_along(run, step, &mut looked);
+        self.looked = looked;
+        passage
+    }
+
+    fn look_along(
+        &mut self,
+        run: &mut Run<'_>,
+        step: &Interpolation<'_>,
+        (places, compared): &mut Looked,
+    ) -> Result<Option<(Place, Place)>, Trouble> {
+        keep(&mut places[0], 0.0, &self.first);
+        for (before, share) in PLACES.into_iter().enumerate() {
+            self.look_at(run, step, share)?;
+            if self.is_beyond() {
+                return Ok(Some((places[before].clone(), (share, self.values.clone()))));
             }
+            keep(&mut places[before + 1], share, &self.values);
             self.note_positive();
         }
-        let end = self.values.clone();
         // Earlier in the step than it was looked at for this.
-        let least = std::mem::replace(&mut self.least, self.least_at_start.clone());
-        let passage = self.dip(run, step, seen)?;
+        std::mem::swap(&mut self.least, &mut self.least_at_end);
+        self.least.copy_from_slice(&self.least_at_start);
+        let mut halves = Vec::new();
+        let mut looks = 0;
+        let mut passage = self.dip(run, step, places, compared, (&mut halves, &mut looks))?;
+        while passage.is_none()
+            && let Some(half) = halves.pop()
+        {
+            passage = self.dip(run, step, &half, compared, (&mut halves, &mut looks))?;
+        }
         if passage.is_none() {
-            self.values = end;
-            self.least = least;
+            self.values.copy_from_slice(&places[PLACES.len()].1);
+            std::mem::swap(&mut self.least, &mut self.least_at_end);
         }
         Ok(passage)
     }
 
-    /// The same between five places at which nothing is negative.
+    /// The same between five places at which nothing is negative; halves that are still to be looked at are added.
     fn dip(
         &mut self,
         run: &mut Run<'_>,
         step: &Interpolation<'_>,
-        seen: Vec<Place>,
+        piece: &Places,
+        compared: &mut Compared,
+        (halves, looks): (&mut Vec<Places>, &mut usize),
     ) -> Result<Option<(Place, Place)>, Trouble> {
-        let mut looks = 0;
-        let mut pieces = vec![seen];
-        while let Some(mut piece) = pieces.pop() {
-            let mut compared = [Vec::new(), Vec::new()];
-            for ((share, before), values) in COMPARED.into_iter().zip([0, 3]).zip(&mut compared) {
-                let place = piece[0].0 + share * (piece[4].0 - piece[0].0);
-                self.look_at(run, step, place)?;
-                if self.is_beyond() {
-                    return Ok(Some((piece.swap_remove(before), (place, self.values.clone()))));
-                }
-                values.clone_from(&self.values);
+        for ((share, before), values) in COMPARED.into_iter().zip([0, 3]).zip(compared.iter_mut()) {
+            let share = piece[0].0 + share * (piece[4].0 - piece[0].0);
+            self.look_at(run, step, share)?;
+            if self.is_beyond() {
+                return Ok(Some((piece[before].clone(), (share, self.values.clone()))));
             }
-            looks += COMPARED.len();
-            if looks >= MOST_FOR_DIPS || !(0..self.values.len()).any(|k| self.may_dip(&piece, &compared, k)) {
-                continue;
-            }
-            let mut finer = vec![piece[0].clone()];
-            for pair in piece.windows(2) {
-                let middle = 0.5 * (pair[0].0 + pair[1].0);
-                self.look_at(run, step, middle)?;
-                if let Some(passage) = self.between(&mut finer, middle) {
-                    return Ok(Some(passage));
-                }
-                looks += 1;
-                finer.push(pair[1].clone());
-            }
-            pieces.push(finer[4..].to_vec());
-            finer.truncate(5);
-            pieces.push(finer);
+            values.clone_from(&self.values);
         }
+        *looks += COMPARED.len();
+        if *looks >= MOST_FOR_DIPS || !(0..self.values.len()).any(|k| self.may_dip(piece, compared, k)) {
+            return Ok(None);
+        }
+        let mut middles = [const { (0.0, Vec::new()) }; PLACES.len()];
+        for (pair, middle) in piece.windows(2).zip(&mut middles) {
+            let share = 0.5 * (pair[0].0 + pair[1].0);
+            self.look_at(run, step, share)?;
+            if self.is_beyond() {
+                return Ok(Some((pair[0].clone(), (share, self.values.clone()))));
+            }
+            keep(middle, share, &self.values);
+            *looks += 1;
+        }
+        let [first, second, third, fourth] = middles;
+        let [start, early, centre, late, end] = piece.clone();
+        halves.push([centre.clone(), third, late, fourth, end]);
+        halves.push([start, first, early, second, centre]);
         Ok(None)
-    }
-
-    /// What lies between the last place seen and this one, where something is negative here; otherwise this one is seen.
-    fn between(&self, seen: &mut Vec<Place>, place: f64) -> Option<(Place, Place)> {
-        let here = (place, self.values.clone());
-        if self.is_beyond() {
-            return seen.pop().map(|before| (before, here));
-        }
-        seen.push(here);
-        None
     }
 
     /// Whether a quantity may become negative between five places at even distances, as far as they and the values at the places
     /// that are compared show.
-    fn may_dip(&self, piece: &[Place], compared: &[Vec<f64>; 2], k: usize) -> bool {
+    fn may_dip(&self, piece: &Places, compared: &Compared, k: usize) -> bool {
         let known = [0, 1, 2, 3, 4].map(|place| piece[place].1[k]);
         let (low, high) = known.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(*x), b.max(*x)));
         let errors = COMPARED.iter().zip(compared).map(|(at, values)| (values[k] - quartic(known, *at)).abs());
@@ -306,4 +327,11 @@ fn quartic(values: [f64; 5], at: f64) -> f64 {
         let next = order - 1;
         differences[next] + sum * (places - next as f64) / order as f64
     })
+}
+
+/// Takes values as those at a share of a step.
+fn keep(place: &mut Place, share: f64, values: &[f64]) {
+    place.0 = share;
+    place.1.clear();
+    place.1.extend_from_slice(values);
 }

@@ -77,6 +77,15 @@ pub trait System {
         Ok(())
     }
 
+    /// Brings a state inside a step, which is off the manifold by the error of an interpolation, back to it. Nothing is remembered
+    /// of it.
+    ///
+    /// # Errors
+    /// See [`Failure`].
+    fn bring_back(&mut self, _t: f64, _y: &mut [f64]) -> Result<(), Failure> {
+        Ok(())
+    }
+
     /// Number of conditions at which `f` may switch from one expression to another (contact, friction, limits). Methods with
     /// error control end steps there.
     fn conditions(&self) -> usize {

@@ -87,6 +87,6 @@ pub use report::report;
 pub use seal::{checksum, checksum_of_file, seal, unseal};
 pub use summary::{FigureResult, IslandWork, LibraryUsed, StartVelocity, Status, Summary, Work};
 pub use summary::{replace, replace_with};
-pub use table::{Table, name_and_unit};
+pub use table::Table;
 pub use text::significant;
 pub use verified::Verified;

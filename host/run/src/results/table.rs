@@ -4,6 +4,7 @@ use std::fs::{self, File};
 use std::io::{self, Read, Seek, SeekFrom};
 use std::path::Path;
 
+use odyn_scene::name_and_unit;
 use serde::Deserialize;
 
 use super::seal::checksum_of_file;
@@ -187,7 +188,7 @@ impl Table {
 
     /// The table of these columns, the one with the times among them.
     fn of_columns(mut names: Vec<String>, key: usize, mut columns: Vec<Vec<f64>>) -> Self {
-        let time_unit = unit_of_times(&names.remove(key)).flatten();
+        let time_unit = unit_of_times(&names.remove(key)).flatten().map(str::to_owned);
         Self { times: columns.remove(key), names, columns, time_unit }
     }
 
@@ -237,19 +238,10 @@ fn whole_lines(file: &mut File) -> io::Result<u64> {
     Ok(end)
 }
 
-/// Name and unit of `x_p [mm]`.
-#[must_use]
-pub fn name_and_unit(header: &str) -> (String, Option<String>) {
-    match header.strip_suffix(']').and_then(|text| text.rsplit_once('[')) {
-        Some((name, unit)) if !name.trim().is_empty() => (name.trim().to_owned(), Some(unit.trim().to_owned())),
-        _ => (header.trim().to_owned(), None),
-    }
-}
-
 /// The unit behind the name of times, if it is one.
-fn unit_of_times(header: &str) -> Option<Option<String>> {
+fn unit_of_times(header: &str) -> Option<Option<&str>> {
     let (name, unit) = name_and_unit(header);
-    TIME_NAMES.contains(&name.as_str()).then_some(unit)
+    TIME_NAMES.contains(&name).then_some(unit)
 }
 
 /// Which column has the times; the error says what is wrong with the names.

@@ -30,7 +30,11 @@ impl Session {
         let operation = self.first_not_finite(one.node, inputs).map_or_else(String::new, |text| format!(" ({text})"));
         let functions = self.functions_of(&instance.name);
         let look = if functions.is_empty() { String::new() } else { format!("; look at {}", functions.join(", ")) };
-        Some(format!("{} of `{}` is not a finite number{operation}{look}", one.what, instance.name))
+        let text = format!("{} of `{}` is not a finite number{operation}{look}", one.what, instance.name);
+        Some(match self.points_together(one.element, inputs) {
+            Some(met) => format!("{met}: {text}"),
+            None => text,
+        })
     }
 
     /// The lightest and the heaviest body, where elimination loses as many digits as may end a run.
@@ -130,14 +134,18 @@ impl Session {
 }
 
 impl Run<'_> {
-    /// See [`super::summary::Ended::lost_unknown`].
-    pub(super) fn lost_unknown(&self, outcome: &Result<Status, IntegrateError>) -> Option<String> {
+    /// See [`super::summary::Ended::cause`].
+    pub(super) fn cause(&mut self, outcome: &Result<Status, IntegrateError>) -> Option<String> {
         match outcome {
             Ok(
                 Status::StoppedEarly { reason: StopReason::Requested | StopReason::StepLimit { .. }, .. }
                 | Status::Completed,
             ) => None,
-            _ => self.system.lost_unknown(),
+            _ => {
+                let inputs = self.system.working_inputs(self.time, &self.state).ok();
+                let met = inputs.and_then(|inputs| self.session.points_met(&inputs));
+                met.or_else(|| self.system.lost_unknown())
+            }
         }
     }
 }

@@ -94,7 +94,7 @@ impl Session {
     fn unit_of(&self, unit: &str) -> (f64, String) {
         match parse_unit(unit) {
             Ok((dimension, _)) if !unit.is_empty() && unit != "1" => {
-                (self.scene.units.factor(dimension), self.scene.units.label(dimension))
+                (self.scene.units.factor(dimension), self.scene.units.label_as(dimension, unit))
             }
             _ => (1.0, String::new()),
         }

@@ -44,6 +44,7 @@
 //! | `judge.rs` | whether the audit lets the results pass |
 //! | `elements.rs` | what elements say of a run, and how far their conditions held |
 //! | `culprit.rs` | which element gives what is not a number |
+//! | `met.rs` | points of an element that have come together |
 //! | `outcome.rs` | what a run gives |
 //! | `sharper.rs` | the same run by another method, at a tenth of the tolerance |
 //! | `precise.rs`, `digits.rs` | the same with more digits than doubles have; which digits of a run are certain |
@@ -73,6 +74,7 @@ mod judge;
 mod keeper;
 mod leg;
 mod libraries;
+mod met;
 mod modes;
 mod objections;
 mod open;

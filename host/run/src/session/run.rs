@@ -428,7 +428,7 @@ impl<'a> Run<'a> {
             self.system.watch_end(self.time, &self.state);
         }
         let not_finite = self.not_finite(&outcome);
-        let lost_unknown = self.lost_unknown(&outcome);
+        let cause = self.cause(&outcome);
         let state = match &outcome {
             Err(error) => Err(error.to_string()),
             Ok(_) => {
@@ -445,7 +445,7 @@ impl<'a> Run<'a> {
             made: *self.system.tier().made(),
             integration_time: self.integration_time,
             not_finite,
-            lost_unknown,
+            cause,
             state,
             carried: self.system.carried(),
         };

@@ -24,8 +24,8 @@ pub(super) struct Ended {
     /// Where something was not finite: the inputs of the working form at the last accepted state, behind it by the step tried last, and
     /// further on along the motion.
     pub(super) not_finite: Vec<Vec<f64>>,
-    /// The internal unknown that may be why it did not continue.
-    pub(super) lost_unknown: Option<String>,
+    /// Points that came together, or an internal unknown, that may be why it did not continue.
+    pub(super) cause: Option<String>,
     /// The state at the end, or why there is none.
     pub(super) state: Result<Restart, String>,
     /// What another leg of the run takes over besides the state.
@@ -53,7 +53,7 @@ impl Session {
         taken.into_iter().for_each(|(remedy, count)| summary.recoveries[remedy] = count);
         // Before the outcome is reported, which has no more to say than that something is none.
         let culprit = || ended.not_finite.iter().find_map(|inputs| self.culprit(inputs));
-        summary.reason = ended.lost_unknown.clone().or_else(culprit).unwrap_or_default();
+        summary.reason = ended.cause.clone().or_else(culprit).unwrap_or_default();
         note_machine_code(summary, &ended.made, self.scene.units.factor(Dimension::TIME));
     }
 

@@ -14,6 +14,8 @@ fn an_input_has_a_value_and_the_unit_of_those_to_come() {
         ("value = 2", 2.0, Dimension::DIMENSIONLESS, "1", 1.0),
         ("value = \"500 N\"", 500.0, force, "kN", 1e3),
         ("value = \"2*gust\"", 6e3, force, "kN", 1e3),
+        ("value = \"3 N m\"", 3.0, Dimension::TORQUE, "N m", 1.0),
+        ("value = \"3 J\"", 3.0, Dimension::ENERGY, "J", 1.0),
         ("unit = \"N\"", 0.0, force, "N", 1.0),
         ("unit = \"N\"\nvalue = 4", 4.0, force, "N", 1.0),
         ("unit = \"MN\"\nvalue = 0.5", 5e5, force, "MN", 1e6),

@@ -154,6 +154,12 @@ fn coherent_units_have_their_names() {
     }
     assert_eq!(si.torque_label(), "N m");
     assert_eq!(milli.torque_label(), "N m");
+    for (written, label) in
+        [("N m", "N m"), ("kN*mm", "N m"), ("lbf ft", "N m"), ("J", "J"), ("kJ", "J"), ("W h", "J"), ("", "J")]
+    {
+        assert_eq!(si.label_as(Dimension::TORQUE, written), label, "{written}");
+    }
+    assert_eq!(si.label_as(Dimension::STIFFNESS, "N/m"), "N/m");
 }
 
 #[test]
@@ -241,4 +247,17 @@ fn the_derive_knows_the_units_of_scenes() {
         }
     }
     assert_eq!(look_up("Nm"), Symbol::Unknown("N m".into()));
+}
+
+#[test]
+fn heads_of_columns_have_units_in_brackets() {
+    let cases = [
+        ("x_p [mm]", ("x_p", Some("mm"))),
+        (" x_p ", ("x_p", None)),
+        ("[mm]", ("[mm]", None)),
+        ("a[1] [N m]", ("a[1]", Some("N m"))),
+    ];
+    for (text, parts) in cases {
+        assert_eq!(name_and_unit(text), parts, "{text}");
+    }
 }

@@ -94,6 +94,16 @@ fn an_inertia_that_no_body_has_is_used_with_a_warning() {
     assert_eq!(messages(text), [(codes::UNREAL_INERTIA, Severity::Warning, "[1, 1, 2.1]".to_string())]);
     let limit = "[[body]]\nname = \"a\"\nmass = 1\ninertia = [1, 1, 2]\n";
     assert_eq!(messages(limit), [], "a flat disc is real");
+    // Plates whose moments are rounded to three and four digits, one of them turned by 0.3 rad, and a rod.
+    for plate in
+        ["[0.335, 0.501, 0.839]", "[0.0833, 0.0833, 0.1667]", "[14.95, 8.494, 23.35, 1.97, 0, 0]", "[2.1, 2.1, 0]"]
+    {
+        assert_eq!(messages(&limit.replace("[1, 1, 2]", plate)), [], "{plate}");
+    }
+    let beyond = limit.replace("[1, 1, 2]", "[1, 1, 2.02]");
+    assert_eq!(messages(&beyond)[0].0, codes::UNREAL_INERTIA, "more than rounding");
+    let said = &resolved(text).unwrap().1[0];
+    assert!(format!("{said:?}").contains("1 and 1 kg m^2 together are less than the third, 2.1 kg m^2"), "{said:?}");
     assert_eq!(resolved(text).unwrap().0.bodies[0].inertia[(2, 2)], 2.1, "nothing is repaired");
 }
 

@@ -88,6 +88,26 @@ fn switches_as_near_to_each_other_as_round_off_are_crossed() {
 }
 
 #[test]
+fn conditions_that_are_round_off_are_no_switches() {
+    fn with_round_off(_t: f64, y: &[f64], values: &mut [f64]) {
+        values.copy_from_slice(&[y[0], ((y[0] + 1e6) - 1e6) - y[0], ((1e4 - y[1]) - 1e4) + y[1]]);
+    }
+    let mut worst = 0;
+    for name in ["dop853", "dopri5", "radau5", "radau9", "auto"] {
+        let counters = [(1, position as Rhs), (3, with_round_off as Rhs)].map(|switching| {
+            let mut system = Probe::new(relay, 2, 1e-9);
+            system.switching = Some(switching);
+            let mut y = vec![0.0, 1.0];
+            let span = Span { t_start: 0.0, t_end: 10.3, sample_times: &[] };
+            by_name(name).unwrap().integrate(&mut system, &mut y, &span, &Options::default()).unwrap().counters
+        });
+        println!("{name}: {counters:?}");
+        worst = worst.max(counters[1].events - counters[0].events);
+    }
+    assert!(worst <= 4, "{worst}");
+}
+
+#[test]
 fn locating_a_jump_takes_a_fraction_of_the_steps_across_it() {
     let (error, counters) = relay_run(&mut dop853(), 1e-10, true);
     let (_, without) = relay_run(&mut dop853(), 1e-10, false);

@@ -2,7 +2,7 @@
 
 use super::Scratch;
 use crate::diagnostics::codes;
-use crate::results::{CHANNELS_FILE, ChannelInfo, RESULTS_FILE, Table, compare, name_and_unit};
+use crate::results::{CHANNELS_FILE, ChannelInfo, RESULTS_FILE, Table, compare};
 use std::path::Path;
 
 fn refused(test: &str, text: &str) -> String {
@@ -258,12 +258,4 @@ fn runs_in_other_units_are_compared_in_those_of_the_first() {
     std::fs::write(&c, "t,position,force\n0,1,2\n1,3,4\n").unwrap();
     let refused = compare(&a, &c).unwrap_err().to_string();
     assert!(refused.contains("`force` is a force [N] in the first and a torque [N m] in the second"), "{refused}");
-}
-
-#[test]
-fn headers_have_units_in_brackets() {
-    assert_eq!(name_and_unit("x_p [mm]"), ("x_p".to_owned(), Some("mm".to_owned())));
-    assert_eq!(name_and_unit(" x_p "), ("x_p".to_owned(), None));
-    assert_eq!(name_and_unit("[mm]"), ("[mm]".to_owned(), None));
-    assert_eq!(name_and_unit("a[1] [N m]"), ("a[1]".to_owned(), Some("N m".to_owned())));
 }

@@ -74,8 +74,7 @@ impl Simulation<'_> {
         // Interpolated states are off the constraints by the interpolation error, which reactions would amplify.
         let mut state = std::mem::take(&mut self.sample_state);
         state.copy_from_slice(y);
-        let projected = self.formulation.project(t, &mut state).map_err(failure);
-        let result = projected.and_then(|()| self.sample_at(t, &state));
+        let result = self.bring_back(t, &mut state).and_then(|()| self.sample_at(t, &state));
         self.sample_state = state;
         result
     }
@@ -155,6 +154,10 @@ impl System for Simulation<'_> {
         }
         self.certify(t, y).map_err(failure)?;
         self.formulation.next_step(t, y).map_err(failure)
+    }
+
+    fn bring_back(&mut self, t: f64, y: &mut [f64]) -> Result<(), Failure> {
+        if self.formulation.is_free() { Ok(()) } else { self.formulation.project(t, y).map_err(failure) }
     }
 
     fn sums_norm(&mut self, y0: &[f64], y1: &[f64], error: &[f64]) -> f64 {
