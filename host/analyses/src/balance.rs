@@ -12,7 +12,7 @@ use serde::Serialize;
 use crate::analysis::Evaluator;
 use crate::driven::cannot;
 use crate::linalg::SingularValues;
-use crate::model::{Axes, Quantity, rotation};
+use crate::model::{Axes, Level, Quantity, rotation};
 use crate::plan::Layout;
 use crate::prescribed::{Wanted, quantity};
 use crate::program::Node;
@@ -178,7 +178,13 @@ impl Watch {
     fn new(session: &Session, turn: &Wanted) -> Self {
         let (model, layout) = (&session.model, session.plan.layout.clone());
         let mut equations = session.equations.clone();
-        let mut nodes: Vec<Node> = vec![equations.observe(&turn.quantity, model, &layout)];
+        // The angle, and its rate: that of a bearing between two bodies that turn is no speed of either.
+        let mut rate = turn.quantity.clone();
+        if let Quantity::Coordinate { level, .. } = &mut rate {
+            *level = Level::Velocity;
+        }
+        let mut nodes: Vec<Node> =
+            [&turn.quantity, &rate].map(|quantity| equations.observe(quantity, model, &layout)).into();
         let mut points = 0;
         for (element, instance) in model.elements.iter().enumerate() {
             let kind = instance.class.kind.word();
@@ -205,16 +211,16 @@ impl Watch {
         Self { values: Evaluator::new(&equations.graph, &nodes), layout, points }
     }
 
-    /// Angle, force and moment about a point.
-    fn at(&mut self, inputs: &[f64], about: Vector3<f64>) -> Result<(f64, Vector3<f64>, Vector3<f64>), String> {
+    /// Angle and its rate, force and moment about a point.
+    fn at(&mut self, inputs: &[f64], about: Vector3<f64>) -> Result<([f64; 2], Vector3<f64>, Vector3<f64>), String> {
         let found = self.values.run(inputs, &[]).map_err(|error| error.to_string())?;
         let (mut force, mut moment) = (Vector3::zeros(), Vector3::zeros());
-        for part in found[1..].chunks_exact(9) {
+        for part in found[2..].chunks_exact(9) {
             let vector = |at: usize| Vector3::new(part[at], part[at + 1], part[at + 2]);
             force += vector(3);
             moment += vector(6) + (vector(0) - about).cross(&vector(3));
         }
-        Ok((found[0], force, moment))
+        Ok(([found[0], found[1]], force, moment))
     }
 }
 
@@ -263,10 +269,6 @@ pub fn balance(
     let about = Vector3::from(question.about);
     let failed = |session: &Session, reason: String| cannot(session, reason, "see what a run says");
     let layout = watch.layout.clone();
-    let spin_about = |inputs: &[f64]| {
-        let at = layout.body_slot(body, 10);
-        marker.rotation.column(2).dot(&Vector3::new(inputs[at], inputs[at + 1], inputs[at + 2]))
-    };
     // Where the angle is when.
     let mut seen: Vec<[f64; 3]> = Vec::with_capacity(times.len());
     let mut run = session.prepare()?.start()?;
@@ -274,11 +276,10 @@ pub fn balance(
         progress(0.5 * k as f64 / times.len() as f64);
         run.advance(time / unit)?;
         let instant = run.instant()?;
-        let (angle, ..) = watch.at(&instant.inputs, about).map_err(|reason| failed(run.session(), reason))?;
-        let spin = spin_about(&instant.inputs);
+        let ([angle, rate], ..) = watch.at(&instant.inputs, about).map_err(|reason| failed(run.session(), reason))?;
         // Angles that no output counts over many turns begin anew.
-        let foreseen = seen.last().map_or(angle, |[before, last, was]| last + 0.5 * (was + spin) * (time - before));
-        seen.push([*time, unwrapped(angle, foreseen), spin]);
+        let foreseen = seen.last().map_or(angle, |[before, last, was]| last + 0.5 * (was + rate) * (time - before));
+        seen.push([*time, unwrapped(angle, foreseen), rate]);
     }
     let session = open()?;
     let whole = std::f64::consts::TAU * question.turns.max(1) as f64;
@@ -321,7 +322,8 @@ pub fn balance(
         run.advance(time_of(*angle, [seen[after - 1], seen[after]]) / unit)?;
         let instant = run.instant()?;
         let inputs = &instant.inputs;
-        let (found_angle, force, moment) = watch.at(inputs, about).map_err(|reason| failed(run.session(), reason))?;
+        let ([found_angle, _], force, moment) =
+            watch.at(inputs, about).map_err(|reason| failed(run.session(), reason))?;
         let angle = unwrapped(found_angle, *angle);
         let shaking = &mut found.shaking;
         shaking.angles.push(angle);

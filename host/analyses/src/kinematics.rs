@@ -20,7 +20,7 @@ use crate::moves;
 use crate::prescribed::{Derivatives, Wanted, amount, quantity};
 use crate::scene::Dimension;
 use crate::session::{Session, SessionError};
-use path::{LEAST_STEP, NONE, Path, Place, SAME, difference};
+use path::{LEAST_STEP, NONE, Path, Place, SAME};
 
 /// Step along the path: the largest displacement, in sizes of the scene, or turn, rad; cosine of the tangent's bend that shortens it.
 const STEP: f64 = 0.03;
@@ -383,10 +383,11 @@ fn whole(
                     dead.push((k, path.dead(&here, direction * step, k).map_err(refused)?));
                 }
             }
-            // Back at the start: the step before went past it.
+            // Back at the start: this step goes past it.
             if far > 3.0 * STEP && path.apart(&next, &start) <= 1.5 * step {
-                let towards = path.cosine(&difference(&path.driven.layout, &next, &start), &next.tangent) * direction;
-                if towards <= 0.0 || path.apart(&next, &start) <= SAME {
+                let past = path.towards(&next, &start) * direction <= 0.0;
+                if past || path.apart(&next, &start) <= SAME {
+                    ahead.push(path.back(&here, direction * step, &start).map_err(refused)?);
                     closed = true;
                     break;
                 }

@@ -194,6 +194,8 @@ impl Watch {
         let center = Vector3::from(self.loads.center_of_mass);
         let (mut force, mut moment) = (mass * (gravity - acceleration), euler + gyroscopic);
         let mut sizes = [mass * (gravity.norm() + acceleration.norm()), euler.norm() + gyroscopic.norm()];
+        // Loads that all pass through the centre of mass have arms of round-off: the size of a moment is that on the radius of gyration.
+        let gyration = if mass > 0.0 { (0.5 * self.tensor.trace() / mass).sqrt() } else { 0.0 };
         let mut wrenches = Vec::with_capacity(self.loads.attachments.len());
         for (attachment, values) in self.loads.attachments.iter().zip(found.chunks_exact(6)) {
             let (own, torque) =
@@ -202,7 +204,7 @@ impl Watch {
             force += own;
             moment += torque + arm.cross(&own);
             sizes[0] += own.norm();
-            sizes[1] += torque.norm() + arm.norm() * own.norm();
+            sizes[1] += torque.norm() + arm.norm().max(gyration) * own.norm();
             wrenches.push(Wrench { force: own.into(), moment: torque.into() });
         }
         let share = |left: f64, size: f64| if size > 0.0 { left / size } else { 0.0 };

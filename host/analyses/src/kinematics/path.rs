@@ -77,18 +77,33 @@ impl Path<'_> {
 
     /// Where a quantity stops between a place and one a step ahead.
     pub(super) fn dead(&mut self, from: &Place, step: f64, k: usize) -> Result<Place, String> {
-        let (mut low, mut high) = (0.0, step);
         let before = from.rates[k] > 0.0;
+        self.between(from, step, &|_, place| (place.rates[k] > 0.0) == before)
+    }
+
+    /// The start again, which lies between a place and one a step ahead: quantities that turn go on from the place before.
+    pub(super) fn back(&mut self, from: &Place, step: f64, start: &Place) -> Result<Place, String> {
+        self.between(from, step, &|path, place| path.towards(place, start) * step > 0.0)
+    }
+
+    /// Whether a place is before another, in the sense of its tangent: above zero.
+    pub(super) fn towards(&self, place: &Place, other: &Place) -> f64 {
+        self.cosine(&difference(&self.driven.layout, place, other), &place.tangent)
+    }
+
+    /// The last place of a step that is `before` what is looked for, but for round-off. Steps may be below zero.
+    fn between(&mut self, from: &Place, step: f64, before: &dyn Fn(&Self, &Place) -> bool) -> Result<Place, String> {
+        let (mut low, mut high) = (0.0, step);
         let mut found = from.clone();
         for _ in 0..HALVINGS {
             let middle = 0.5 * (low + high);
             found = self.step(from, middle)?;
-            if (found.rates[k] > 0.0) == before {
+            if before(self, &found) {
                 low = middle
             } else {
                 high = middle
             }
-            if high - low <= f64::EPSILON * step {
+            if (high - low).abs() <= f64::EPSILON * step.abs() {
                 break;
             }
         }
@@ -110,7 +125,7 @@ impl Path<'_> {
 }
 
 /// Displacements and turns from one place to another, near.
-pub(super) fn difference(layout: &crate::plan::Layout, a: &Place, b: &Place) -> DVector<f64> {
+fn difference(layout: &crate::plan::Layout, a: &Place, b: &Place) -> DVector<f64> {
     let mut found = DVector::zeros(layout.velocities());
     for body in 0..layout.bodies {
         let at = layout.body_slot(body, 0);
