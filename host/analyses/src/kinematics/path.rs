@@ -75,15 +75,15 @@ impl Path<'_> {
         self.look(Some(&from.tangent))
     }
 
-    /// Where a quantity stops between a place and one a step ahead; with what is singular there, if anything is.
-    pub(super) fn dead(&mut self, from: &Place, step: f64, k: usize) -> Result<(Place, Option<String>), String> {
+    /// Where a quantity stops between a place and one a step ahead.
+    pub(super) fn dead(&mut self, from: &Place, step: f64, k: usize) -> Result<Place, String> {
         let before = from.rates[k] > 0.0;
         self.between(from, step, &|_, place| (place.rates[k] > 0.0) == before)
     }
 
     /// The start again, which lies between a place and one a step ahead: quantities that turn go on from the place before.
     pub(super) fn back(&mut self, from: &Place, step: f64, start: &Place) -> Result<Place, String> {
-        Ok(self.between(from, step, &|path, place| path.towards(place, start) * step > 0.0)?.0)
+        self.between(from, step, &|path, place| path.towards(place, start) * step > 0.0)
     }
 
     /// Whether a place is before another, in the sense of its tangent: above zero.
@@ -91,23 +91,13 @@ impl Path<'_> {
         self.cosine(&difference(&self.driven.layout, place, other), &place.tangent)
     }
 
-    /// The last place of a step that is `before` what is looked for, but for round-off. Joints that leave more freedoms at just this
-    /// place (a change point) have no tangent there: it is approached as far as [`SAME`].
-    fn between(
-        &mut self,
-        from: &Place,
-        step: f64,
-        before: &dyn Fn(&Self, &Place) -> bool,
-    ) -> Result<(Place, Option<String>), String> {
+    /// The last place of a step that is `before` what is looked for, but for round-off. Steps may be below zero.
+    fn between(&mut self, from: &Place, step: f64, before: &dyn Fn(&Self, &Place) -> bool) -> Result<Place, String> {
         let (mut low, mut high) = (0.0, step);
         let mut found = from.clone();
         for _ in 0..HALVINGS {
             let middle = 0.5 * (low + high);
-            found = match self.step(from, middle) {
-                Ok(place) => place,
-                Err(reason) if (high - low).abs() <= SAME => return Ok((found, Some(reason))),
-                Err(reason) => return Err(reason),
-            };
+            found = self.step(from, middle)?;
             if before(self, &found) {
                 low = middle
             } else {
@@ -117,7 +107,7 @@ impl Path<'_> {
                 break;
             }
         }
-        Ok((found, None))
+        Ok(found)
     }
 
     /// Distance of two places, in sizes of the scene or rad.
@@ -135,7 +125,7 @@ impl Path<'_> {
 }
 
 /// Displacements and turns from one place to another, near.
-pub(super) fn difference(layout: &crate::plan::Layout, a: &Place, b: &Place) -> DVector<f64> {
+fn difference(layout: &crate::plan::Layout, a: &Place, b: &Place) -> DVector<f64> {
     let mut found = DVector::zeros(layout.velocities());
     for body in 0..layout.bodies {
         let at = layout.body_slot(body, 0);
