@@ -1,9 +1,10 @@
 //! Many bodies of which any may touch any other: what does not touch takes no part in the equations.
 
+use nalgebra::{Rotation3, Vector3};
 use odyn::analysis::Evaluator;
 
 use crate::contacts::run;
-use crate::support::{difference, open_text};
+use crate::support::{column, difference, open_text};
 
 /// Half the width of the trough, m.
 const WALLS: [f64; 2] = [0.3, 0.2];
@@ -102,6 +103,111 @@ fn balls_in_a_trough_move_alike_in_both_coordinates() {
         for (channel, (a, b)) in one.channels.iter().zip(one.columns.iter().zip(&other.columns)) {
             let off = difference(a, b);
             assert!(off < tolerance, "{friction}: `{}` differs by {off:.1e}", channel.name);
+        }
+    }
+}
+
+/// A radius, a mass, a position, a velocity and an angular velocity.
+type Ball = (f64, f64, [f64; 3], [f64; 3], [f64; 3]);
+
+/// Balls that come to hold each other on a floor between four walls, 0.13 m from its middle.
+fn heap(law: &str, t_end: f64, all: &[Ball]) -> String {
+    let mut text = format!(
+        "[plugins]\nlibraries = [\"joints\"]\n\
+         [simulation]\ngravity = [0, 0, -9.81]\nt_end = {t_end:?}\noutput_step = 0.02\ntolerance = 1e-8\n"
+    );
+    for (k, (radius, mass, place, velocity, spin)) in all.iter().enumerate() {
+        let moment = 0.4 * mass * radius * radius;
+        text += &format!(
+            "[[body]]\nname = \"b{k}\"\nmass = {mass:?}\ninertia = [{moment:?}, {moment:?}, {moment:?}]\n\
+             position = {place:?}\nvelocity = {velocity:?}\nangular_velocity = {spin:?}\n"
+        );
+        for (number, [u, v, up]) in [[0, 0, 1], [1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]].into_iter().enumerate() {
+            text += &format!(
+                "[[joint]]\nname = \"side{number}-{k}\"\ntype = \"plane-contact\"\nbodies = [\"ground\", \"b{k}\"]\n\
+                 frames = [{{ position = [{:?}, {:?}, 0], axis = [{}, {}, {up}] }}, {{ position = [0, 0, 0] }}]\n\
+                 params = {{ radius = {radius:?}, {law} }}\n",
+                0.13 * f64::from(u),
+                0.13 * f64::from(v),
+                -u,
+                -v,
+            );
+        }
+        for (other, (radius_i, ..)) in all[..k].iter().enumerate() {
+            text += &format!(
+                "[[joint]]\nname = \"k{other}-{k}\"\ntype = \"ball-contact\"\nbodies = [\"b{other}\", \"b{k}\"]\n\
+                 frames = [{{ position = [0, 0, 0] }}, {{ position = [0, 0, 0] }}]\n\
+                 params = {{ radius_i = {radius_i:?}, radius_j = {radius:?}, {law} }}\n"
+            );
+        }
+        for component in ["x", "y", "z"] {
+            text += &format!(
+                "[[output]]\nname = \"b{k}.{component}\"\nquantity = \"position\"\nof = \"b{k}\"\ncomponent = \"{component}\"\n"
+            );
+        }
+    }
+    text
+}
+
+/// A ball that rolls on the floor along a wall, and is held by others: what it presses floor and wall with is open, and friction
+/// sticks only if that is shared such that it can. Before, it slid to and fro without end.
+#[test]
+fn balls_that_hold_each_other_stick_where_normal_forces_can_be_shared_so_that_they_do() {
+    let all = [
+        (0.03, 0.16, [-0.044, 0.063, 0.05], [0.3, 0.16, 0.05], [0.0, -0.7, -2.5]),
+        (0.034, 0.29, [0.026, -0.053, 0.054], [-0.28, 0.17, 0.03], [-0.3, -1.7, 1.8]),
+        (0.034, 0.11, [-0.085, -0.002, 0.054], [-0.21, 0.26, 0.05], [0.7, -1.0, -0.5]),
+        (0.041, 0.4, [0.048, 0.044, 0.061], [-0.28, 0.22, 0.04], [-2.4, 0.2, -1.0]),
+    ];
+    let text = heap("mu = 0.3, restitution = 0.2", 0.5, &all);
+    let [one, other] = ["joint", "cartesian"].map(|way| run(&text, &[&format!("simulation.formulation=\"{way}\"")]));
+    for report in [&one, &other] {
+        assert!(report.summary.steps < 1500, "{}", report.summary.steps);
+    }
+    for (channel, (a, b)) in one.channels.iter().zip(one.columns.iter().zip(&other.columns)) {
+        let off = difference(a, b);
+        assert!(off < 1e-8, "`{}` differs by {off:.1e}", channel.name);
+    }
+}
+
+/// A homogeneous ball in the right angle of a floor and a wall, pulled along both with g: friction at the floor and at the wall rolls it about
+/// the line through its contacts, r / sqrt(2) from its centre, x = g t^2 / 2 / (1 + 2 * 2 / 5). What acts along that line is open, and
+/// the least of it would have one contact pull.
+#[test]
+fn a_ball_rolls_along_an_edge_whatever_the_friction_of_its_sides() {
+    let laws = ["mu = 0.3", "mu = 2", "rough = true"];
+    let turned = Rotation3::from_scaled_axis(Vector3::new(0.4, -1.1, 0.7));
+    for (floor, wall) in laws.iter().flat_map(|floor| laws.map(|wall| (*floor, wall))) {
+        for turn in [Rotation3::identity(), turned] {
+            let list = |v: [f64; 3]| format!("{:?}", (turn * Vector3::from(v)).as_slice());
+            let side = |name: &str, normal: [f64; 3], law: &str| {
+                format!(
+                    "[[joint]]\nname = \"{name}\"\ntype = \"plane-contact\"\nbodies = [\"ground\", \"ball\"]\n\
+                     frames = [{{ position = [0, 0, 0], axis = {} }}, {{ position = [0, 0, 0] }}]\n\
+                     params = {{ radius = 0.05, {law} }}\n",
+                    list(normal)
+                )
+            };
+            let text = format!(
+                "[plugins]\nlibraries = [\"joints\"]\n\
+                 [simulation]\ngravity = {}\nt_end = 0.5\noutput_step = 0.1\ntolerance = 1e-9\n\
+                 [[body]]\nname = \"ball\"\nmass = 0.4\ninertia = [4e-4, 4e-4, 4e-4]\nposition = {}\n{}{}\
+                 [[output]]\nname = \"x\"\nquantity = \"position\"\nof = \"ball\"\ncomponent = \"x\"\n\
+                 [[output]]\nname = \"y\"\nquantity = \"position\"\nof = \"ball\"\ncomponent = \"y\"\n\
+                 [[output]]\nname = \"z\"\nquantity = \"position\"\nof = \"ball\"\ncomponent = \"z\"\n",
+                list([1.0, -2.0, -9.0]),
+                list([0.0, 0.05, 0.05]),
+                side("floor", [0.0, 0.0, 1.0], floor),
+                side("wall", [0.0, 1.0, 0.0], wall),
+            );
+            for formulation in ["joint", "cartesian"] {
+                let report = run(&text, &[&format!("simulation.formulation=\"{formulation}\"")]);
+                let last = |name: &str| column(&report, name).last().copied().unwrap_or(f64::NAN);
+                let place = turn.inverse() * Vector3::new(last("x"), last("y"), last("z"));
+                let off = (place - Vector3::new(0.5 * 0.25 / 1.8, 0.05, 0.05)).norm();
+                assert!(off < 1e-12, "{floor}, {wall}, {formulation}: {off:.1e}");
+                assert!(report.summary.steps < 16, "{floor}, {wall}, {formulation}: {} steps", report.summary.steps);
+            }
         }
     }
 }

@@ -42,7 +42,7 @@
 //! A scene in which the ball starts inside the plane is refused. Half axes that differ by many decades make the contact travel as fast as
 //! edges do: steps become short where it passes from side to side. More contacts of one body than it has freedoms share its
 //! weight in a way that is not determined; then as many as are needed carry it. The same of friction: what is not determined is shared
-//! such that all contacts stick, if there is a way to.
+//! such that all contacts stick, if there is a way to, and so are normal forces with it where only then nothing slides that does not move.
 //!
 //! A `rough` contact may have no solution: in order not to slide it would have to pull, and if it slid it would be pressed (a rod thrown
 //! flat onto a floor, its point ahead). The run stops and says so; with `mu` it slides.

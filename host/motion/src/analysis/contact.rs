@@ -22,7 +22,7 @@ mod tests;
 pub use friction::{Grip, Pattern};
 pub use impact::{NoSolution, Strike};
 pub use indeterminate::{Holder, Indeterminate};
-pub use shares::Shares;
+pub use shares::{Balance, Shares};
 
 use nalgebra::{DMatrix, DVector};
 

@@ -72,7 +72,7 @@ pub use balance::Imbalance;
 pub use conflict::Gap;
 pub use constraints::{Constraints, mass_values};
 pub use contact::{
-    Contacts, Gap as ContactGap, Grip, Holder, Indeterminate, Meeting, NoSolution, Pattern, Shares, Strike,
+    Balance, Contacts, Gap as ContactGap, Grip, Holder, Indeterminate, Meeting, NoSolution, Pattern, Shares, Strike,
 };
 pub use evaluator::Evaluator;
 pub use formulation::{AnalysisError, Counters, Formulation, Group, Observed, Price, Traces};

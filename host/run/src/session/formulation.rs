@@ -1,6 +1,7 @@
 //! Which coordinates the equations of motion are written in.
 
 use super::error::{SessionError, start_error};
+use super::modes::blind;
 use super::opened::Session;
 use super::options::FORMULATIONS;
 use crate::analysis::{Folding, Formulation, JointForm, JointPlan, ReferenceForm, WorkingForm, WorkingParts};
@@ -152,9 +153,8 @@ impl Session {
         let mut plan = plan.map_err(|e| start_error(&self.scene, &e))?;
         if let Some(plan) = &mut plan {
             let left_out = (0..plan.rows.len()).filter(|k| plan.independent.binary_search(k).is_err());
-            // Whether a row on velocities that is left out holds is not seen by positions.
-            let blind = left_out.map(|k| plan.rows[k]).any(|row| self.equations.rows[row].of_velocities);
-            if blind || !self.pruning.row_choice {
+            let left_out: Vec<usize> = left_out.map(|k| plan.rows[k]).collect();
+            if blind(&self.equations, left_out.into_iter()) || !self.pruning.row_choice {
                 plan.use_all_rows();
             }
         }

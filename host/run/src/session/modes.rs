@@ -79,8 +79,7 @@ impl Session {
         let decide_with =
             |choice: bool| decide(&self.scene, &self.model, &equations, &layout, (place.0, &place.1), choice);
         let mut plan = decide_with(self.pruning.row_choice)?;
-        // Whether a row on velocities that is left out holds is not seen by positions.
-        if plan.redundant_rows.iter().any(|row| equations.rows[row.row].of_velocities) {
+        if blind(&equations, plan.redundant_rows.iter().map(|row| row.row)) {
             plan = decide_with(false)?;
         }
         let rows = Constraints::of_all(&equations).map_err(|e| super::error::start_error(&self.scene, &e))?;
@@ -112,6 +111,14 @@ impl Session {
         }
         Ok((formulation, equations))
     }
+}
+
+/// Whether rows that are left out may come not to hold, unseen: those on velocities are not seen by positions; and a contact that follows
+/// from such rows does so in this position, not in those that they lead to.
+pub(super) fn blind(equations: &Equations, mut left_out: impl Iterator<Item = usize>) -> bool {
+    let is_contact = |row: usize| equations.contacts.iter().any(|contact| contact.row == row);
+    let rolls = || equations.enforced().any(|row| equations.rows[row].of_velocities);
+    left_out.any(|row| equations.rows[row].of_velocities || is_contact(row) && rolls())
 }
 
 impl Run<'_> {

@@ -7,6 +7,7 @@ use super::checkpoint::Origin;
 use super::decide::decide;
 use super::error::SessionError;
 use super::libraries::load_libraries;
+use super::modes::blind;
 use super::objections::{assembly_error, assembly_warnings, distance_warning, reaction_warnings, time_warning};
 use super::opened::{Beginning, Session};
 use super::options::{ISLANDS, RunOptions, STARTS, one_of};
@@ -168,8 +169,7 @@ impl Session {
         warnings.extend(distance_warning(&assembly, &scene, &model));
         warnings.extend(time_warning(&scene));
         let at_start = decide(&scene, &model, &equations, &layout, (t, &assembly), pruning.row_choice)?;
-        // Whether a row on velocities that is left out holds is not seen by positions.
-        let blind = at_start.redundant_rows.iter().any(|row| equations.rows[row.row].of_velocities);
+        let blind = blind(&equations, at_start.redundant_rows.iter().map(|row| row.row));
         let chooses = pruning.row_choice && !blind;
         let at_start =
             if blind { decide(&scene, &model, &equations, &layout, (t, &assembly), false)? } else { at_start };

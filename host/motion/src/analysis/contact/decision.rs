@@ -4,13 +4,21 @@
 //! 1994 for bounds on both sides): with limits that are known it comes to an end, as long as all rows give way independently. With limits
 //! that depend on reactions it may go round in circles; then all choices are tried, what sticks and is closed first.
 
+use std::collections::HashMap;
+
 use nalgebra::DVector;
 
-use super::friction::{Grip, Held, is_active, norm, pair, sticking, unit};
+use super::friction::{Grip, Held, is_active, norm, pair, unit};
 use super::{Meeting, NO_ACCELERATION, Shares};
 
 /// Contacts that are closed one after the other, for each that there is.
 const MOST_DESCENTS: usize = 4;
+/// Sweeps over all that touch, what changes in one that is nothing, and what is roughly zero then, as shares of the largest.
+const MOST_SWEEPS: usize = 1000;
+const SETTLED: f64 = 1e-13;
+const ROUGHLY: f64 = 1e-7;
+/// How often pivoting may come back to what is closed and sticks.
+const MOST_RETURNS: usize = 10;
 /// Choices that are tried one by one.
 const MOST_CHOICES: usize = 10_000;
 
@@ -30,6 +38,8 @@ pub(super) struct Decision<'m> {
 pub(super) struct Choice {
     pub(super) closed: Vec<usize>,
     pub(super) held: Vec<Held>,
+    /// Whether normal forces are shared as well: see [`Decision::decide`].
+    pub(super) wide: bool,
 }
 
 /// What a contact may do with its friction, or a row with a known limit: which is closed, and into which directions grips slide, by
@@ -51,7 +61,26 @@ impl Decision<'_> {
             return Some(found);
         }
         let start = self.start(held);
-        self.pivot(start.clone()).or_else(|| self.search(&start, |_| true))
+        let found = self.pivot(start.clone());
+        if found.as_ref().is_some_and(|found| !self.hides_rest(found)) {
+            return found;
+        }
+        // With normal forces that balance each other much could be held that moves apart: they are shared where nothing else is found.
+        let widely = |start: Choice| Choice { wide: true, ..start };
+        let found = self.pivot(widely(start.clone())).or(found);
+        let found = found.or_else(|| self.pivot(self.approach(&start)));
+        let found = found.or_else(|| self.pivot(widely(self.approach(&start))));
+        found.or_else(|| self.search(&start, |_| true))
+    }
+
+    /// Whether something is taken to slide that would not move: it sticks, with what it takes elsewhere.
+    fn hides_rest(&self, (choice, p): &(Choice, DVector<f64>)) -> bool {
+        let w = &self.meeting.delassus * p + self.b;
+        let rests = |one: &Held| {
+            let rate = norm(pair(&self.grip(one).rows, |row| w[row]));
+            rate <= self.none(one, p).0 && self.meeting.bound(one.bound, p) > 0.0
+        };
+        choice.held.iter().any(|one| !one.moves && !one.sticks() && is_active(one, &choice.closed) && rests(one))
     }
 
     /// From all that slides: then no row sticks that those that stick already hold.
@@ -65,7 +94,53 @@ impl Decision<'_> {
             one.moves = grip.fixed && is_pushed;
         }
         held.retain(|one| one.moves || !self.grip(one).fixed);
-        Choice { closed: Vec::new(), held }
+        Choice { closed: Vec::new(), held, wide: false }
+    }
+
+    /// What contact after contact leads to, each of which takes what it can while the others stay as they are (Gauss-Seidel with projection;
+    /// Jourdan, Alart & Jean, Comput. Methods Appl. Mech. Eng. 155, 1998): a choice to begin with where many hold together.
+    fn approach(&self, start: &Choice) -> Choice {
+        let Meeting { delassus, first, .. } = self.meeting;
+        let (mut p, mut w) = (DVector::zeros(self.b.len()), self.b.clone());
+        let mut largest = 0.0_f64;
+        for _ in 0..MOST_SWEEPS {
+            let mut changed = 0.0_f64;
+            let mut put = |row: usize, value: f64, p: &mut DVector<f64>, w: &mut DVector<f64>| {
+                let change = value - p[row];
+                p[row] = value;
+                w.axpy(change, &delassus.column(row), 1.0);
+                changed = changed.max(change.abs());
+                largest = largest.max(value.abs());
+            };
+            for k in self.candidates.iter().copied().filter(|k| self.meeting.gives_way(*k)) {
+                let normal = first[k];
+                let pressed: f64 = p[normal] - w[normal] / delassus[(normal, normal)];
+                put(normal, pressed.max(0.0), &mut p, &mut w);
+                for row in (normal + 1..first[k + 1]).filter(|row| delassus[(*row, *row)] > 0.0) {
+                    let free = if p[normal] > 0.0 { p[row] - w[row] / delassus[(row, row)] } else { 0.0 };
+                    put(row, free, &mut p, &mut w);
+                }
+            }
+            for one in &start.held {
+                let (rows, bound) = (&self.grip(one).rows, self.meeting.bound(one.bound, &p));
+                let way: f64 = rows.iter().fold(0.0, |most, row| most.max(delassus[(*row, *row)]));
+                let free = pair(rows, |row| if way > 0.0 { p[row] - w[row] / way } else { 0.0 });
+                let share = if norm(free) > bound { bound / norm(free) } else { 1.0 };
+                let taken = if one.moves { one.direction.map(|x| -bound * x) } else { free.map(|x| share * x) };
+                rows.iter().zip(taken).for_each(|(row, value)| put(*row, value, &mut p, &mut w));
+            }
+            if changed <= SETTLED * largest {
+                break;
+            }
+        }
+        let mut choice = start.clone();
+        choice.closed = self.candidates.iter().copied().filter(|k| p[first[*k]] > ROUGHLY * largest).collect();
+        for one in choice.held.iter_mut().filter(|one| !one.moves) {
+            let grip = self.grip(one);
+            let rate = grip.free(pair(&grip.rows, |row| w[row]));
+            one.direction = if norm(rate) > ROUGHLY * self.b.amax() { unit(rate) } else { [0.0; 2] };
+        }
+        choice
     }
 
     fn grip(&self, one: &Held) -> &Grip {
@@ -75,7 +150,7 @@ impl Decision<'_> {
     /// What acts along the rows with a choice, and their accelerations.
     fn outcome(&self, choice: &mut Choice) -> (DVector<f64>, DVector<f64>) {
         let mut p = self.meeting.forces(self.b, &choice.closed, &mut choice.held);
-        self.meeting.share(&mut p, &choice.closed, &choice.held);
+        self.meeting.share(&mut p, choice);
         let w = &self.meeting.delassus * &p + self.b;
         (p, w)
     }
@@ -91,7 +166,7 @@ impl Decision<'_> {
             let relative = |k: &usize| w[first[*k]] / sizes[first[*k]];
             let open = self.candidates.iter().copied().filter(|k| !closed.contains(k) && relative(k) < -self.unit);
             let Some(next) = open.min_by(|a, b| relative(a).total_cmp(&relative(b))) else {
-                return Some((Choice { closed, held: Vec::new() }, p));
+                return Some((Choice { closed, held: Vec::new(), wide: false }, p));
             };
             if !self.meeting.gives_way(next) {
                 return None;
@@ -122,9 +197,17 @@ impl Decision<'_> {
 
     pub(super) fn pivot(&self, mut choice: Choice) -> Option<(Choice, DVector<f64>)> {
         let most = 100 * (self.candidates.len() + choice.held.len() + 1);
+        let mut seen: HashMap<(Vec<usize>, Vec<bool>), usize> = HashMap::new();
         for _ in 0..most {
             let (p, w) = self.outcome(&mut choice);
-            let Choice { closed, held } = &mut choice;
+            let Choice { closed, held, wide } = &mut choice;
+            let mut sorted = closed.clone();
+            sorted.sort_unstable();
+            let times = seen.entry((sorted, held.iter().map(Held::sticks).collect())).or_default();
+            *times += 1;
+            if *times > MOST_RETURNS {
+                return None;
+            }
             if let Some(k) = self.wrong_contact(closed, held, (&p, &w)) {
                 match closed.iter().position(|one| *one == k) {
                     // What pulls while it slides may press if it sticks.
@@ -138,7 +221,7 @@ impl Decision<'_> {
                 continue;
             }
             // What others hold may take all it can without moving, and push others beyond their limits: they share it.
-            if let Some(place) = held.iter().position(|one| self.rests(one, closed, held, (&p, &w))) {
+            if let Some(place) = held.iter().position(|one| self.rests(one, (closed, held, *wide), (&p, &w))) {
                 held[place].rest();
                 continue;
             }
@@ -169,7 +252,7 @@ impl Decision<'_> {
                 slides.iter().for_each(|(place, direction)| choice.held[*place].direction = *direction);
             }
             let (p, w) = self.outcome(&mut choice);
-            let Choice { closed, held } = &choice;
+            let Choice { closed, held, .. } = &choice;
             let pulls = closed.iter().any(|k| self.pulls(*k, &p));
             let is_wrong = pulls
                 || self.wrong_contact(closed, held, (&p, &w)).is_some()
@@ -239,7 +322,11 @@ impl Decision<'_> {
             let row = self.meeting.first[*k];
             match closed.contains(k) {
                 // What pulls in order to stick slides before it opens.
-                true => self.pulls(*k, p) && !held.iter().any(|one| one.is_of(*k) && one.sticks()),
+                true => {
+                    let slides =
+                        |one: &Held| one.is_of(*k) && one.sticks() && self.change_of(one, closed, (p, w)).is_some();
+                    self.pulls(*k, p) && !held.iter().any(slides)
+                }
                 false => w[row] < -self.unit * self.meeting.sizes[row],
             }
         })
@@ -288,7 +375,12 @@ impl Decision<'_> {
     }
 
     /// Whether it is taken to slide and does not, and those that stick could take some of what it takes.
-    fn rests(&self, one: &Held, closed: &[usize], held: &[Held], (p, w): (&DVector<f64>, &DVector<f64>)) -> bool {
+    fn rests(
+        &self,
+        one: &Held,
+        (closed, held, wide): (&[usize], &[Held], bool),
+        (p, w): (&DVector<f64>, &DVector<f64>),
+    ) -> bool {
         let own = self.grip(one);
         if !one.may_rest() || !is_active(one, closed) {
             return false;
@@ -296,7 +388,6 @@ impl Decision<'_> {
         if norm(pair(&own.rows, |row| w[row])) > self.none(one, p).0 {
             return false;
         }
-        let grips: Vec<&Grip> = sticking(held, closed).map(|other| self.grip(other)).chain([own]).collect();
-        Shares::new(self.meeting, &grips).takes_part(own)
+        Shares::new(self.meeting, &self.meeting.holding(closed, held, wide, Some(own))).0.takes_part(own)
     }
 }

@@ -12,6 +12,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::decision::{Choice, Decision};
+use super::shares::{Balance, Holding};
 use super::{Meeting, RANK_TOLERANCE, Shares};
 
 /// Iterations for the direction of sliding in a plane, and how well it is known then.
@@ -124,6 +125,8 @@ pub struct Pattern {
     pub sliding: Vec<(usize, [f64; 2])>,
     /// What acts along the rows.
     pub(super) forces: DVector<f64>,
+    /// Whether normal forces are shared as well.
+    wide: bool,
 }
 
 impl Meeting {
@@ -195,36 +198,61 @@ impl Meeting {
     }
 
     /// A choice in numbers of the scene.
-    pub(super) fn pattern(&self, Choice { mut closed, held }: Choice, forces: DVector<f64>) -> Pattern {
+    pub(super) fn pattern(&self, Choice { mut closed, held, wide }: Choice, forces: DVector<f64>) -> Pattern {
         closed.sort_unstable();
         let active = held.iter().filter(|one| is_active(one, &closed));
         let (sticking, sliding): (Vec<&Held>, Vec<&Held>) = active.partition(|one| one.sticks());
         let number = |one: &Held| self.grips[one.grip].number;
         let sticking = sticking.into_iter().map(number).collect();
         let sliding = sliding.into_iter().map(|one| (number(one), one.direction)).collect();
-        Pattern { closed, sticking, sliding, forces }
+        Pattern { closed, sticking, sliding, forces, wide }
     }
 
-    /// What those that stick have in balance with each other.
+    /// What frictions that stick have in balance with each other, and where that is shared as well, with contacts that are closed.
     #[must_use]
     pub fn shares(&self, pattern: &Pattern) -> Shares {
-        let grips = self.grips.iter().filter(|grip| pattern.sticking.contains(&grip.number));
-        Shares::new(self, &grips.collect::<Vec<_>>())
+        let grip = |number: usize| self.grips.iter().find(|grip| grip.number == number);
+        let sliding = pattern.sliding.iter().filter_map(|(number, way)| Some((grip(*number)?, *way)));
+        let holding = Holding {
+            closed: if pattern.wide { &pattern.closed } else { &[] },
+            sticking: pattern.sticking.iter().filter_map(|number| grip(*number)).collect(),
+            sliding: sliding.filter(|_| pattern.wide).collect(),
+        };
+        Shares::new(self, &holding).0
     }
 
-    /// Lets those that stick share what their rows leave open, as far below their limits as they can be.
-    pub(super) fn share(&self, p: &mut DVector<f64>, closed: &[usize], held: &[Held]) {
-        let sticking: Vec<&Held> = sticking(held, closed).collect();
-        let grips: Vec<&Grip> = sticking.iter().map(|one| &self.grips[one.grip]).collect();
-        let shares = Shares::new(self, &grips);
-        if shares.is_empty() {
+    /// What holds with a choice, normal forces or not, and with another grip that sticks.
+    pub(super) fn holding<'g>(
+        &'g self,
+        closed: &'g [usize],
+        held: &[Held],
+        wide: bool,
+        further: Option<&'g Grip>,
+    ) -> Holding<'g> {
+        let is_further = |one: &&Held| further.is_some_and(|grip| grip.number == self.grips[one.grip].number);
+        let sliding = held.iter().filter(|one| wide && is_active(one, closed) && !one.sticks() && !is_further(one));
+        Holding {
+            closed: if wide { closed } else { &[] },
+            sticking: sticking(held, closed).map(|one| &self.grips[one.grip]).chain(further).collect(),
+            sliding: sliding.map(|one| (&self.grips[one.grip], one.direction)).collect(),
+        }
+    }
+
+    /// Lets those that stick, and contacts with them, share what their rows leave open, as far within their limits as they can be, unless
+    /// they are.
+    pub(super) fn share(&self, p: &mut DVector<f64>, Choice { closed, held, wide }: &Choice) {
+        let holding = self.holding(closed, held, *wide, None);
+        let bounds: Vec<f64> = sticking(held, closed).map(|one| self.bound(one.bound, p)).collect();
+        let normals: Vec<f64> = holding.closed.iter().map(|k| p[self.first[*k]]).collect();
+        let forces: Vec<[f64; 2]> = holding.sticking.iter().map(|grip| pair(&grip.rows, |row| p[row])).collect();
+        let is_within = |(force, bound): (&[f64; 2], &f64)| norm(*force) <= *bound;
+        if normals.iter().all(|normal| *normal >= 0.0) && forces.iter().zip(&bounds).all(is_within) {
             return;
         }
-        let limits: Vec<f64> = sticking.iter().map(|one| self.bound(one.bound, p)).collect();
-        let mut forces: Vec<[f64; 2]> = grips.iter().map(|grip| pair(&grip.rows, |row| p[row])).collect();
-        shares.choose(&mut forces, &limits);
-        for (grip, force) in grips.iter().zip(forces) {
-            grip.rows.iter().zip(force).for_each(|(row, value)| p[*row] = value);
+        let limits = if *wide { holding.sticking.iter().map(|grip| grip.limit).collect() } else { bounds };
+        let (shares, along_rows) = Shares::new(self, &holding);
+        if let Some((added, _)) = shares.choose(&mut Balance { normals, forces }, &limits) {
+            along_rows.iter().zip(added.iter()).for_each(|(balance, share)| *p += balance * *share);
         }
     }
 

@@ -54,7 +54,7 @@ impl Meeting {
         if rows.is_empty() || largest == 0.0 {
             return None;
         }
-        let balanced = self.balanced(&rows);
+        let balanced = self.balanced(&rows.iter().map(|row| vec![(*row, 1.0)]).collect::<Vec<_>>());
         if let [one] = balanced.as_slice() {
             let idle = contacts.iter().filter_map(|k| {
                 let place = rows.iter().position(|row| *row == self.first[*k])?;
@@ -97,15 +97,23 @@ impl Meeting {
         open.iter_mut().zip(&load[..3]).for_each(|(open, part)| *open |= part.abs() > TAKES_PART * largest);
     }
 
-    /// Reactions of rows that are in balance with each other: a basis.
-    pub(super) fn balanced(&self, rows: &[usize]) -> Vec<DVector<f64>> {
-        let scale: Vec<f64> = rows.iter().map(|row| 1.0 / self.sizes[*row]).collect();
-        let entry = |i: usize, j: usize| scale[i] * self.geometry[(rows[i], rows[j])] * scale[j];
-        let matrix = DMatrix::from_fn(rows.len(), rows.len(), |i, j| 0.5 * (entry(i, j) + entry(j, i)));
-        let found = SymmetricEigen::new(matrix);
+    /// How much of these must act together so that they are in balance with each other: a basis. Each acts along some rows, with a share
+    /// of each; it is measured by the first.
+    pub(super) fn balanced(&self, columns: &[Vec<(usize, f64)>]) -> Vec<DVector<f64>> {
+        if columns.is_empty() {
+            return Vec::new();
+        }
+        let scale: Vec<f64> = columns.iter().map(|column| 1.0 / self.sizes[column[0].0]).collect();
+        let entry = |i: usize, j: usize| {
+            let pairs = columns[i].iter().flat_map(|a| columns[j].iter().map(move |b| (a, b)));
+            let sum: f64 = pairs.map(|((i, a), (j, b))| a * b * self.geometry[(*i, *j)]).sum();
+            scale[i] * sum * scale[j]
+        };
+        let n = columns.len();
+        let found = SymmetricEigen::new(DMatrix::from_fn(n, n, |i, j| 0.5 * (entry(i, j) + entry(j, i))));
         let least = RANK_TOLERANCE * found.eigenvalues.max();
-        let null = (0..rows.len()).filter(|k| found.eigenvalues[*k] <= least);
-        null.map(|k| DVector::from_fn(rows.len(), |i, _| scale[i] * found.eigenvectors[(i, k)])).collect()
+        let null = (0..n).filter(|k| found.eigenvalues[*k] <= least);
+        null.map(|k| DVector::from_fn(n, |i, _| scale[i] * found.eigenvectors[(i, k)])).collect()
     }
 
     /// Frictions that slide whose change with reactions in balance changes the motion while the rows hold.

@@ -1,54 +1,112 @@
-//! [`Shares`]: what frictions that stick take of what rigid bodies leave open.
+//! [`Shares`]: what contacts that are closed, and frictions that stick, take of what rigid bodies leave open.
 //!
 //! Forces in balance with each other change nothing of the motion: along the line through two feet that stick, one may push as much as
-//! the other pulls; across a plane in which joints hold a body, friction need hold nothing. All stick as long as there is any way to
-//! share within their limits. The shares that are taken make the sum of the squares of force over limit least; where one of these goes
-//! beyond its limit, those that make the largest force over limit least.
+//! the other pulls; a ball between two others may be pressed the more; across a plane in which joints hold a body, friction need
+//! hold nothing. All stick as long as there is any way to share in which no contact pulls and no friction takes more than it can. With f the
+//! forces of one way, B the balances, and x how much of each is added, the margin is the largest m for which
+//!
+//! n >= m of each contact,   b - |t| >= m of each friction, b its limit: a share of n, or known,
+//!
+//! hold of f + B x with some |x| <= r. It is found along the central path of these cones (Boyd & Vandenberghe, Convex Optimization, 2004,
+//! ch. 11) up to a small parameter, so that it is a smooth function of f. Rows that hold whatever it takes have no part in that, and
+//! balances of such rows alone are left out: what they seem to change of others is round-off.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use super::friction::{Grip, norm};
 use super::indeterminate::TAKES_PART;
-use super::{Meeting, RANK_TOLERANCE, smallest};
+use super::{Meeting, RANK_TOLERANCE};
 
-/// The least limit, as a share of the largest, to compare a force with.
-const LEAST_LIMIT: f64 = 1e-9;
-/// Rounds of searches along each of the balances, and steps of each search.
-const ROUNDS: usize = 8;
-const STEPS: usize = 80;
+/// How much of balances is added at most, in the largest of the forces.
+const MOST_ADDED: f64 = 2.0;
+/// How exactly the margin is found, as a share of the largest force.
+const FINE: f64 = 1e-11;
+/// By how much the parameter of the path changes at once, and corrections after that.
+const FURTHER: f64 = 30.0;
+const MOST_CORRECTIONS: usize = 50;
+/// Newton's decrement below which a place is on the path.
+const ON_PATH: f64 = 1e-8;
 
-/// Forces in balance with each other, of frictions that stick together: a basis.
+/// What holds: contacts that are closed, by their places among those that touch; frictions that stick; and those that slide, each into
+/// its direction, whose forces follow from those of their contacts.
+pub(super) struct Holding<'g> {
+    pub(super) closed: &'g [usize],
+    pub(super) sticking: Vec<&'g Grip>,
+    pub(super) sliding: Vec<(&'g Grip, [f64; 2])>,
+}
+
+/// Forces in balance with each other, of contacts and frictions that hold together: a basis.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Shares {
-    frictions: Vec<usize>,
-    /// A force of each of them, along its one row or its two.
-    balances: Vec<Vec<[f64; 2]>>,
+    /// The contacts, by their numbers in the scene.
+    pub contacts: Vec<usize>,
+    /// The frictions likewise, each with the place of its contact in that list.
+    pub frictions: Vec<(usize, Option<usize>)>,
+    /// Length of the gradient of each contact, then of each friction: force times that is comparable.
+    sizes: Vec<f64>,
+    balances: Vec<Balance>,
+}
+
+/// What contacts press, and what frictions hold along their one row or their two.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Balance {
+    /// Along the normal of each contact.
+    pub normals: Vec<f64>,
+    /// Of each friction.
+    pub forces: Vec<[f64; 2]>,
+}
+
+/// |t| <= h + s, with what each balance changes of t and h.
+struct Cone {
+    t: [f64; 2],
+    h: f64,
+    changes: Vec<([f64; 2], f64)>,
 }
 
 impl Shares {
-    /// Those of some frictions where contacts meet.
-    pub(super) fn new(meeting: &Meeting, grips: &[&Grip]) -> Self {
-        let rows: Vec<usize> = grips.iter().flat_map(|grip| grip.rows.iter().copied()).collect();
-        let in_pairs = |balance: DVector<f64>| {
-            let mut rest = balance.as_slice();
-            let mut force = |grip: &&Grip| {
-                let (own, others) = rest.split_at(grip.rows.len());
-                rest = others;
-                [own[0], own.get(1).copied().unwrap_or(0.0)]
-            };
-            grips.iter().map(&mut force).collect()
-        };
-        let found = if rows.is_empty() { Vec::new() } else { meeting.balanced(&rows) };
-        Self {
-            frictions: grips.iter().map(|grip| grip.number).collect(),
-            balances: found.into_iter().map(in_pairs).collect(),
+    /// Those of what holds where contacts meet; and what each of them is along all rows.
+    pub(super) fn new(meeting: &Meeting, holding: &Holding<'_>) -> (Self, Vec<DVector<f64>>) {
+        let Holding { closed, sticking, sliding } = holding;
+        // What each unknown acts along: a row, and with a normal force those of the friction that slides.
+        let mut columns: Vec<Vec<(usize, f64)>> = Vec::new();
+        for k in *closed {
+            let rows = meeting.first[*k]..meeting.first[k + 1];
+            columns.extend(rows.map(|row| vec![(row, 1.0)]));
+            let normal = columns.len() - (meeting.first[k + 1] - meeting.first[*k]);
+            for (grip, direction) in sliding.iter().filter(|(grip, _)| grip.contact == Some(*k)) {
+                let parts = grip.rows.iter().zip(direction);
+                columns[normal].extend(parts.map(|(row, along)| (*row, -grip.limit * along)));
+            }
         }
-    }
-
-    /// Numbers of the frictions.
-    #[must_use]
-    pub fn frictions(&self) -> &[usize] {
-        &self.frictions
+        columns.extend(sticking.iter().flat_map(|grip| grip.rows.iter().map(|row| vec![(*row, 1.0)])));
+        let place = |row: usize| columns.iter().position(|column| column[0].0 == row);
+        let normals: Vec<usize> = closed.iter().filter_map(|k| place(meeting.first[*k])).collect();
+        let forces: Vec<Vec<usize>> =
+            sticking.iter().map(|grip| grip.rows.iter().filter_map(|row| place(*row)).collect()).collect();
+        let limited: Vec<usize> = normals.iter().chain(forces.iter().flatten()).copied().collect();
+        let found = meeting.balanced(&columns);
+        let found = of_limited(found, &limited, |column| meeting.sizes[columns[column][0].0]);
+        let balance = |one: &DVector<f64>| Balance {
+            normals: normals.iter().map(|k| one[*k]).collect(),
+            forces: forces.iter().map(|own| [0, 1].map(|k| own.get(k).map_or(0.0, |k| one[*k]))).collect(),
+        };
+        let size_of = |grip: &Grip| grip.rows.iter().fold(0.0_f64, |most, row| most.max(meeting.sizes[*row]));
+        let in_list = |contact: usize| closed.iter().position(|k| *k == contact);
+        let along_rows = |one: &DVector<f64>| {
+            let mut forces = DVector::zeros(meeting.rows.len());
+            let parts = columns.iter().zip(one.iter()).flat_map(|(column, x)| column.iter().map(move |part| (part, x)));
+            parts.for_each(|((row, share), x)| forces[*row] += share * x);
+            forces
+        };
+        let shares = Self {
+            contacts: closed.iter().map(|k| meeting.touching[*k]).collect(),
+            frictions: sticking.iter().map(|grip| (grip.number, grip.contact.and_then(in_list))).collect(),
+            sizes: (closed.iter().map(|k| meeting.sizes[meeting.first[*k]]))
+                .chain(sticking.iter().map(|grip| size_of(grip)))
+                .collect(),
+            balances: found.iter().map(balance).collect(),
+        };
+        (shares, found.iter().map(along_rows).collect())
     }
 
     /// Whether nothing is open.
@@ -57,90 +115,185 @@ impl Shares {
         self.balances.is_empty()
     }
 
+    /// Whether a contact, by its place in the list, takes part.
+    fn shares_contact(&self, place: usize) -> bool {
+        self.balances.iter().any(|one| one.normals[place].abs() * self.sizes[place] > TAKES_PART)
+    }
+
+    /// Whether a friction, by its place in the list, takes part, or its limit.
+    fn shares_friction(&self, place: usize) -> bool {
+        let size = self.sizes[self.contacts.len() + place];
+        let is_part = |one: &Balance| norm(one.forces[place]) * size > TAKES_PART;
+        self.frictions[place].1.is_some_and(|contact| self.shares_contact(contact)) || self.balances.iter().any(is_part)
+    }
+
     /// Whether one of them could take less where others take more.
     pub(super) fn takes_part(&self, grip: &Grip) -> bool {
-        let Some(place) = self.frictions.iter().position(|number| *number == grip.number) else { return false };
-        self.balances.iter().any(|balance| {
-            let largest = balance.iter().fold(0.0, |largest, part| f64::max(largest, norm(*part)));
-            norm(grip.free(balance[place])) > TAKES_PART * largest
-        })
+        let Some(place) = self.frictions.iter().position(|(number, _)| *number == grip.number) else { return false };
+        let size = self.sizes[self.contacts.len() + place];
+        self.balances.iter().any(|one| norm(grip.free(one.forces[place])) * size > TAKES_PART)
     }
 
-    /// Those in which a friction has no part, which sticks no longer.
-    pub fn leave_out(&mut self, friction: usize) {
-        let Some(place) = self.frictions.iter().position(|number| *number == friction) else { return };
-        for part in [0, 1] {
-            let size = |balance: &Vec<[f64; 2]>| balance[place][part].abs();
-            let found =
-                (0..self.balances.len()).max_by(|a, b| size(&self.balances[*a]).total_cmp(&size(&self.balances[*b])));
-            let Some(pivot) = found.filter(|k| size(&self.balances[*k]) > RANK_TOLERANCE) else { continue };
-            let pivot = self.balances.swap_remove(pivot);
-            for balance in &mut self.balances {
-                let share = -balance[place][part] / pivot[place][part];
-                add(balance, &pivot, share);
+    /// Those in which a contact, or a friction, has no part, which is not closed, or does not stick, any longer.
+    pub fn leave_out(&mut self, contact: Option<usize>, friction: Option<usize>) {
+        if let Some(place) = contact.and_then(|number| self.contacts.iter().position(|own| *own == number)) {
+            self.keep_zero(|one| one.normals[place]);
+        }
+        if let Some(place) = friction.and_then(|number| self.frictions.iter().position(|(own, _)| *own == number)) {
+            self.keep_zero(|one| one.forces[place][0]);
+            self.keep_zero(|one| one.forces[place][1]);
+        }
+    }
+
+    /// Combines them to those of which a part is zero.
+    fn keep_zero(&mut self, part: impl Fn(&Balance) -> f64) {
+        let most = |a: &usize, b: &usize| part(&self.balances[*a]).abs().total_cmp(&part(&self.balances[*b]).abs());
+        let found = (0..self.balances.len()).max_by(most);
+        let Some(pivot) = found.filter(|k| part(&self.balances[*k]).abs() > RANK_TOLERANCE) else { return };
+        let pivot = self.balances.swap_remove(pivot);
+        for balance in &mut self.balances {
+            let share = -part(balance) / part(&pivot);
+            balance.add(&pivot, share);
+        }
+    }
+
+    /// Chooses among forces that have the same effect; `limits` are those of frictions, or shares of the reactions of contacts. Gives how
+    /// much of each balance is added, and the margin, N: negative where there is no way. `None` where nothing is open.
+    pub fn choose(&self, forces: &mut Balance, limits: &[f64]) -> Option<(DVector<f64>, f64)> {
+        if self.is_empty() {
+            return None;
+        }
+        let cones = self.cones(forces, limits);
+        let largest = cones.iter().fold(0.0_f64, |most, cone| most.max(cone.h.abs()).max(norm(cone.t)));
+        if largest <= 0.0 || !largest.is_finite() {
+            return None;
+        }
+        let z = widest(cones, self.balances.len(), largest)? * largest;
+        self.balances.iter().zip(z.iter()).for_each(|(balance, share)| forces.add(balance, *share));
+        Some((z.rows(0, self.balances.len()).into_owned(), -z[self.balances.len()]))
+    }
+
+    /// Those of contacts that take part, by their places in the list, then of frictions, each with the length of its gradient.
+    pub fn parts(&self) -> (impl Iterator<Item = (usize, f64)>, impl Iterator<Item = (usize, f64)>) {
+        let (of_contacts, of_frictions) = self.sizes.split_at(self.contacts.len());
+        let contacts = of_contacts.iter().copied().enumerate().filter(|(place, _)| self.shares_contact(*place));
+        let frictions = of_frictions.iter().copied().enumerate().filter(|(place, _)| self.shares_friction(*place));
+        (contacts, frictions)
+    }
+
+    /// The conditions on those that take part.
+    fn cones(&self, forces: &Balance, limits: &[f64]) -> Vec<Cone> {
+        let contact = |place: usize| {
+            let size = self.sizes[place];
+            let changes = self.balances.iter().map(|one| ([0.0; 2], size * one.normals[place]));
+            Cone { t: [0.0; 2], h: size * forces.normals[place], changes: changes.collect() }
+        };
+        let friction = |place: usize| {
+            let size = self.sizes[self.contacts.len() + place];
+            let (limit, contact) = (size * limits[place], self.frictions[place].1);
+            let bound = |normals: &[f64], known: f64| contact.map_or(known, |contact| normals[contact]) * limit;
+            let changes =
+                self.balances.iter().map(|one| (one.forces[place].map(|x| size * x), bound(&one.normals, 0.0)));
+            Cone {
+                t: forces.forces[place].map(|x| size * x),
+                h: bound(&forces.normals, 1.0),
+                changes: changes.collect(),
+            }
+        };
+        let (contacts, frictions) = self.parts();
+        contacts.map(|(place, _)| contact(place)).chain(frictions.map(|(place, _)| friction(place))).collect()
+    }
+}
+
+impl Balance {
+    fn add(&mut self, other: &Self, share: f64) {
+        self.normals.iter_mut().zip(&other.normals).for_each(|(value, part)| *value += share * part);
+        let pairs = self.forces.iter_mut().zip(&other.forces);
+        pairs.for_each(|(force, part)| force.iter_mut().zip(part).for_each(|(value, part)| *value += share * part));
+    }
+}
+
+/// Combinations of balances, orthonormal in what is limited; without those that change nothing of that but for round-off.
+fn of_limited(found: Vec<DVector<f64>>, limited: &[usize], size: impl Fn(usize) -> f64) -> Vec<DVector<f64>> {
+    let n = found.len();
+    if n == 0 {
+        return found;
+    }
+    let product =
+        |a: &DVector<f64>, b: &DVector<f64>| -> f64 { limited.iter().map(|k| a[*k] * b[*k] * size(*k).powi(2)).sum() };
+    let gram = SymmetricEigen::new(DMatrix::from_fn(n, n, |i, j| product(&found[i], &found[j])));
+    let kept = (0..n).filter(|k| gram.eigenvalues[*k] > TAKES_PART * TAKES_PART);
+    let combined = |k: usize| {
+        let parts = found.iter().enumerate().map(|(i, one)| one * gram.eigenvectors[(i, k)]);
+        parts.sum::<DVector<f64>>() / gram.eigenvalues[k].sqrt()
+    };
+    kept.map(combined).collect()
+}
+
+/// x and s with the least s for which all cones hold and x is within bounds, in units of `unit`.
+fn widest(mut cones: Vec<Cone>, count: usize, unit: f64) -> Option<DVector<f64>> {
+    for cone in &mut cones {
+        cone.t = cone.t.map(|x| x / unit);
+        cone.h /= unit;
+    }
+    let mut z = DVector::zeros(count + 1);
+    z[count] = 1.0 + cones.iter().map(|cone| norm(cone.t) - cone.h).fold(f64::NEG_INFINITY, f64::max);
+    // Each cone counts twice, as does the bound of x.
+    let end = 2.0 * (cones.len() + 1) as f64 / FINE;
+    let mut along = 1.0_f64;
+    loop {
+        for _ in 0..MOST_CORRECTIONS {
+            let (mut gradient, hessian) = barrier(&cones, &z);
+            gradient[count] += along;
+            let step = -hessian.cholesky()?.solve(&gradient);
+            let decrement = (-gradient.dot(&step)).max(0.0).sqrt();
+            if !decrement.is_finite() {
+                return None;
+            }
+            z += &step * if decrement > 0.25 { 1.0 / (1.0 + decrement) } else { 1.0 };
+            if decrement < ON_PATH {
+                break;
             }
         }
-        self.frictions.remove(place);
-        self.balances.iter_mut().for_each(|balance| {
-            balance.remove(place);
-        });
+        if along >= end {
+            return Some(z);
+        }
+        along = (along * FURTHER).min(end);
     }
+}
 
-    /// Chooses among the forces that have the same effect.
-    pub fn choose(&self, forces: &mut [[f64; 2]], limits: &[f64]) {
-        let largest = limits.iter().copied().fold(0.0, f64::max);
-        let inverse: Vec<f64> = limits.iter().map(|limit| 1.0 / limit.max(LEAST_LIMIT * largest)).collect();
-        if self.is_empty() || largest <= 0.0 {
-            return;
+/// First and second derivatives of -log of what cones have left, and the bound of x.
+fn barrier(cones: &[Cone], z: &DVector<f64>) -> (DVector<f64>, DMatrix<f64>) {
+    let n = z.len();
+    let (mut gradient, mut hessian) = (DVector::zeros(n), DMatrix::zeros(n, n));
+    for cone in cones {
+        let (mut t, mut u) = (cone.t, cone.h + z[n - 1]);
+        for ((of_t, of_h), x) in cone.changes.iter().zip(z.iter()) {
+            t = [t[0] + x * of_t[0], t[1] + x * of_t[1]];
+            u += x * of_h;
         }
-        self.make_squares_least(forces, &inverse);
-        if most(forces, &inverse) <= 1.0 {
-            return;
-        }
-        for balance in (0..ROUNDS).flat_map(|_| &self.balances) {
-            lower(forces, balance, &inverse);
-        }
-    }
-
-    fn make_squares_least(&self, forces: &mut [[f64; 2]], inverse: &[f64]) {
-        let n = self.balances.len();
-        let product = |a: &[[f64; 2]], b: &[[f64; 2]]| -> f64 {
-            let of_pair = |((a, b), unit): ((&[f64; 2], &[f64; 2]), &f64)| (a[0] * b[0] + a[1] * b[1]) * unit * unit;
-            a.iter().zip(b).zip(inverse).map(of_pair).sum()
+        let left = (u - norm(t)) * (u + norm(t));
+        let change = |k: usize| cone.changes.get(k).map_or(([0.0; 2], 1.0), |change| *change);
+        let slope = |k: usize| {
+            let (of_t, of_u) = change(k);
+            2.0 * (t[0] * of_t[0] + t[1] * of_t[1] - u * of_u) / left
         };
-        let matrix = DMatrix::from_fn(n, n, |i, j| product(&self.balances[i], &self.balances[j]));
-        let right = DVector::from_fn(n, |i, _| -product(&self.balances[i], forces));
-        let found = smallest(&matrix, &right);
-        self.balances.iter().zip(found.iter()).for_each(|(balance, share)| add(forces, balance, *share));
+        for i in 0..n {
+            gradient[i] += slope(i);
+            for j in 0..n {
+                let ((ti, ui), (tj, uj)) = (change(i), change(j));
+                hessian[(i, j)] += 2.0 * (ti[0] * tj[0] + ti[1] * tj[1] - ui * uj) / left + slope(i) * slope(j);
+            }
+        }
     }
-}
-
-/// The largest force over limit.
-fn most(forces: &[[f64; 2]], inverse: &[f64]) -> f64 {
-    forces.iter().zip(inverse).fold(0.0, |most, (force, unit)| f64::max(most, norm(*force) * unit))
-}
-
-fn add(forces: &mut [[f64; 2]], balance: &[[f64; 2]], share: f64) {
-    for (force, part) in forces.iter_mut().zip(balance) {
-        force.iter_mut().zip(part).for_each(|(value, part)| *value += share * part);
+    let x = z.rows(0, n - 1);
+    let left = MOST_ADDED * MOST_ADDED - x.norm_squared();
+    for i in 0..n - 1 {
+        gradient[i] += 2.0 * x[i] / left;
+        hessian[(i, i)] += 2.0 / left;
+        for j in 0..n - 1 {
+            hessian[(i, j)] += 4.0 * x[i] * x[j] / (left * left);
+        }
     }
-}
-
-/// Makes the largest force over limit least by adding some of a balance: a convex function of how much.
-fn lower(forces: &mut [[f64; 2]], balance: &[[f64; 2]], inverse: &[f64]) {
-    let size = most(balance, inverse);
-    let bound = 2.0 * most(forces, inverse);
-    if size <= 0.0 || !bound.is_finite() {
-        return;
-    }
-    let with = |share: f64| {
-        let pairs = forces.iter().zip(balance).zip(inverse);
-        pairs.fold(0.0_f64, |most, ((f, b), unit)| most.max(norm([0, 1].map(|k| f[k] + share * b[k])) * unit))
-    };
-    let (mut low, mut high) = (-bound / size, bound / size);
-    for _ in 0..STEPS {
-        let [a, b] = [low + (high - low) / 3.0, high - (high - low) / 3.0];
-        if with(a) <= with(b) { high = b } else { low = a }
-    }
-    add(forces, balance, 0.5 * (low + high));
+    (gradient, hessian)
 }

@@ -54,7 +54,9 @@ pub(super) struct Touch {
     pub(super) idle: Vec<usize>,
     /// What frictions that stick share.
     pub(super) shares: Shares,
-    /// What each friction holds, and what it may hold, where it was looked last.
+    /// What each contact presses with, where it was looked last.
+    pub(super) normals: Vec<f64>,
+    /// What each friction holds, and what it may hold, or which share of the reaction of its contact, where it was looked last.
     pub(super) holds: Vec<([f64; 2], f64)>,
     /// See [`Contacts::sizes`]; those at the last event.
     pub(super) gradients: Vec<f64>,
@@ -111,6 +113,7 @@ impl Touch {
             rates: Part::near(formulation, equations, &rates, layout),
             idle: Vec::new(),
             shares: Shares::default(),
+            normals: vec![0.0; contacts.len()],
             holds: vec![([0.0; 2], 0.0); frictions.len()],
             gradients: vec![1.0; values.len()],
             levels: vec![0.0; values.len()],
@@ -164,16 +167,12 @@ impl Simulation<'_> {
         if !touch.closed.is_empty() {
             let first = touch.first_friction();
             let found = touch.pressing.at(self.formulation.as_mut(), &mut self.observed, t, y)?;
-            touch.closed.iter().filter(|k| **k < first).for_each(|k| values[*k] = found[*k]);
             touch.pressed.note(&touch.closed, first, found);
+            touch.normals.copy_from_slice(&found[..first]);
             for (own, [limit, x, y]) in touch.holds.iter_mut().zip(found[first..].as_chunks().0) {
                 *own = ([*x, *y], *limit);
             }
-            touch.share();
-            for k in touch.closed.iter().filter(|k| **k >= first) {
-                let ([x, y], limit) = touch.holds[*k - first];
-                values[*k] = limit - x.hypot(y);
-            }
+            touch.leave(values);
         }
         for (value, (level, size)) in values.iter_mut().zip(touch.levels.iter().zip(&touch.sizes)) {
             *value = (*value - level) / size;

@@ -2,7 +2,7 @@
 
 use super::contacts::Touch;
 use super::{Heat, Simulation};
-use crate::analysis::AnalysisError;
+use crate::analysis::{AnalysisError, Balance, Shares};
 use crate::results::EventKind;
 
 /// Speed in a plane below which its direction is left as it was, in tolerances.
@@ -32,15 +32,46 @@ impl Touch {
         frictions.filter_map(direction).collect()
     }
 
-    /// Lets those that stick share what they hold: see [`Shares`](crate::analysis::Shares).
-    pub(super) fn share(&mut self) {
-        if self.shares.is_empty() {
-            return;
+    /// What a contact that is closed presses with, and a friction behind the contacts may hold beyond what it holds.
+    pub(super) fn left(&self, k: usize) -> f64 {
+        let Some(number) = k.checked_sub(self.first_friction()) else { return self.normals[k] };
+        let ([x, y], limit) = self.holds[number];
+        let bound = self.contacts.frictions()[number].contact.map_or(limit, |contact| limit * self.normals[contact]);
+        bound - x.hypot(y)
+    }
+
+    /// The same of all that are closed and stick, which share what rigid bodies leave open: see [`Shares`](crate::analysis::Shares). Of
+    /// those that have a part in that, it is what there is at least in the best of ways to share.
+    pub(super) fn leave(&mut self, values: &mut [f64]) {
+        let margin = self.share();
+        for k in &self.closed {
+            values[*k] = self.left(*k);
         }
-        let own = self.shares.frictions().iter().map(|number| self.holds[*number]);
-        let (mut forces, limits): (Vec<_>, Vec<_>) = own.unzip();
-        self.shares.choose(&mut forces, &limits);
-        self.shares.frictions().iter().zip(forces).for_each(|(number, force)| self.holds[*number].0 = force);
+        let Some(margin) = margin else { return };
+        let (contacts, frictions) = self.shares.parts();
+        contacts.for_each(|(place, size)| values[self.shares.contacts[place]] = margin / size);
+        let first = self.first_friction();
+        frictions.for_each(|(place, size)| values[first + self.shares.frictions[place].0] = margin / size);
+    }
+
+    /// Lets those that are closed and stick share what they hold. Gives the margin.
+    fn share(&mut self) -> Option<f64> {
+        let Shares { contacts, frictions, .. } = &self.shares;
+        // What acts is against the multipliers.
+        let acts = |(number, _): &(usize, Option<usize>)| self.holds[*number].0.map(|x| -x);
+        let forces = frictions.iter().map(acts).collect();
+        // Where normal forces are not shared, the limits are known.
+        let limit = |(number, shared): &(usize, Option<usize>)| {
+            let (limit, known) = (self.holds[*number].1, shared.is_none());
+            let contact = self.contacts.frictions()[*number].contact.filter(|_| known);
+            contact.map_or(limit, |contact| limit * self.normals[contact])
+        };
+        let limits: Vec<f64> = frictions.iter().map(limit).collect();
+        let mut found = Balance { normals: contacts.iter().map(|k| self.normals[*k]).collect(), forces };
+        let (_, margin) = self.shares.choose(&mut found, &limits)?;
+        contacts.iter().zip(&found.normals).for_each(|(k, normal)| self.normals[*k] = *normal);
+        frictions.iter().zip(&found.forces).for_each(|((number, _), force)| self.holds[*number].0 = force.map(|x| -x));
+        Some(margin)
     }
 
     /// What begins to slide or to stick: frictions by their numbers behind the contacts.
@@ -146,14 +177,16 @@ impl Simulation<'_> {
             let (held, _) = touch.holds[number];
             let size = held[0].hypot(held[1]);
             sliding.push((number, held.map(|x| x / size)));
-            touch.shares.leave_out(number);
+            let contact = touch.contacts.frictions()[number].contact;
+            touch.shares.leave_out(contact, Some(number));
         } else {
+            touch.shares.leave_out(Some(contact), None);
             let frictions = touch.contacts.frictions().iter().enumerate();
             let own = frictions.filter(|(_, friction)| friction.contact == Some(contact)).map(|(number, _)| number);
             for number in own.collect::<Vec<_>>() {
                 closed.retain(|one| *one != first + number);
                 sliding.retain(|(other, _)| *other != number);
-                touch.shares.leave_out(number);
+                touch.shares.leave_out(Some(contact), Some(number));
             }
         }
         self.let_slide(&sliding);

@@ -91,9 +91,11 @@ impl Simulation<'_> {
         let Some(touch) = &mut self.touch else { return Ok(None) };
         // Reactions in N: a torque over the gradient of an angle.
         let force = |k: &usize| values[*k] * touch.gradients[*k];
-        let largest = touch.closed.iter().map(|k| force(k).abs()).fold(0.0, f64::max);
+        let left = |k: &usize| touch.left(*k) * touch.gradients[*k];
+        let largest = touch.closed.iter().map(|k| left(k).abs()).fold(0.0, f64::max);
         let pulls = touch.closed.iter().copied().filter(|k| force(k) < -PULLS * largest);
-        let worst = pulls.min_by(|a, b| force(a).total_cmp(&force(b)));
+        // Of those that share, it is one of which there is least.
+        let worst = pulls.min_by(|a, b| left(a).total_cmp(&left(b)));
         for (k, value) in values.into_iter().enumerate() {
             let (size, noise) = match touch.closed.contains(&k) {
                 true => (if largest > 0.0 { largest / touch.gradients[k] } else { 1.0 }, NO_REACTION),
