@@ -186,3 +186,86 @@ fn sliding_with_several_accelerations_is_reported() {
     let reason = &report.summary.reason;
     assert!(report.exit_code() == 6 && reason.contains("`touch0: gap`") && reason.contains("Painleve"), "{reason}");
 }
+
+/// A bracket around a pole, which its weight beside the pole jams on it: it could fall and press with nothing as well.
+#[test]
+fn a_bracket_stays_on_its_pole() {
+    // Two points on either side of the pole, one above the other: they hold from height / (2 mu) on.
+    for (reach, stays) in [(0.9, true), (0.6, true), (0.45, false)] {
+        for turn in [straight(), turned()] {
+            let list = |v: Vector3<f64>| format!("[{:?}, {:?}, {:?}]", v.x, v.y, v.z);
+            let at = |[x, y]: [f64; 2]| list(turn * Vector3::new(x, y, 0.0));
+            let mut text = format!(
+                "[plugins]\nlibraries = [\"joints\", \"forces\"]\n\
+                 [simulation]\ngravity = {}\nt_end = 1.0\noutput_step = 0.1\n\
+                 [[body]]\nname = \"body\"\nmass = 3\ninertia = [0.4, 0.4, 0.4]\nposition = {}\norientation = {{ x = {}, y = {} }}\n\
+                 [[joint]]\nname = \"plane\"\ntype = \"planar\"\nbodies = [\"ground\", \"body\"]\npoint = [0, 0, 0]\naxis = {}\n\
+                 [[force]]\nname = \"load\"\ntype = \"vector-force\"\nbodies = [\"ground\", \"body\"]\npoint = {}\naxis = {}\nx_axis = {}\n\
+                 params.x = \"10 * sin(7 * t)\"\n",
+                at([0.0, -9.81]),
+                at([reach, 0.0]),
+                at([1.0, 0.0]),
+                at([0.0, 1.0]),
+                list(turn * Vector3::z()),
+                at([reach, 0.0]),
+                list(turn * Vector3::z()),
+                at([0.0, -1.0]),
+            );
+            for (name, side) in [("upper", -1.0), ("lower", 1.0)] {
+                text += &format!(
+                    "[[joint]]\nname = \"{name}\"\ntype = \"plane-contact\"\nbodies = [\"ground\", \"body\"]\n\
+                     frames = [{{ position = {}, axis = {} }}, {{ position = [{:?}, {:?}, 0] }}]\nparams.mu = 0.5\n",
+                    at([0.02 * side, 0.0]),
+                    at([side, 0.0]),
+                    0.02 * side - reach,
+                    -0.25 * side,
+                );
+            }
+            text += "[[output]]\nname = \"y\"\nquantity = \"coordinate\"\nof = \"plane\"\nchannel = \"y\"\n\
+                     [[output]]\nname = \"x\"\nquantity = \"coordinate\"\nof = \"plane\"\nchannel = \"x\"\n";
+            let report = run(&text, &[]);
+            let fell = |name: &str| column(&report, name).last().unwrap() - column(&report, name)[0];
+            let fell = fell("x").hypot(fell("y"));
+            assert_eq!(fell < 1e-12, stays, "{reach}: {fell:.1e}");
+        }
+    }
+}
+
+/// A rod, hinged on a floor, leans on a wall beside the plane of its weight: it presses the wall as it likes along its length.
+#[test]
+fn a_leaning_rod_stays_where_its_wall_holds_it() {
+    let [foot, head] = [Vector3::new(0.4, 0.0, 0.0), Vector3::new(0.0, 0.2, 0.9)];
+    for (mu, stays) in [(1.2, true), (0.02, false)] {
+        for turn in [straight(), turned()] {
+            let list = |v: Vector3<f64>| format!("[{:?}, {:?}, {:?}]", v.x, v.y, v.z);
+            let at = |v: Vector3<f64>| list(turn * v);
+            let middle = (foot + head) / 2.0;
+            let text = format!(
+                "[plugins]\nlibraries = [\"joints\", \"forces\"]\n\
+                 [simulation]\ngravity = {}\nt_end = 1.0\noutput_step = 0.1\n\
+                 [[body]]\nname = \"rod\"\nmass = 2\ninertia = [0.2, 0.2, 0.2]\nposition = {}\n\
+                 [[joint]]\nname = \"hinge\"\ntype = \"spherical\"\nbodies = [\"ground\", \"rod\"]\npoint = {}\n\
+                 [[joint]]\nname = \"wall\"\ntype = \"plane-contact\"\nbodies = [\"ground\", \"rod\"]\npoints = [{}, {}]\n\
+                 axes = [{}, {}]\nparams.mu = {mu:?}\n\
+                 [[force]]\nname = \"load\"\ntype = \"vector-force\"\nbodies = [\"ground\", \"rod\"]\npoint = {}\naxis = {}\nx_axis = {}\n\
+                 params = {{ x = \"-3 * sin(5 * t)\", y = \"2 * sin(9 * t)\" }}\n\
+                 [[output]]\nname = \"z\"\nquantity = \"position\"\nof = \"rod\"\ncomponent = \"z\"\n",
+                at(Vector3::new(0.0, 0.0, -9.81)),
+                at(middle),
+                at(foot),
+                at(Vector3::zeros()),
+                at(head),
+                at(Vector3::x()),
+                at(Vector3::x()),
+                at(middle),
+                at(Vector3::z()),
+                at(Vector3::x()),
+            );
+            let report = run(&text, &[]);
+            let z = column(&report, "z");
+            let moved = z.iter().map(|value| (value - z[0]).abs()).fold(0.0, f64::max);
+            assert_eq!(moved < 1e-12, stays, "{mu}: {moved:.1e}");
+            assert!(report.events.len() < 10, "{mu}: {} events", report.events.len());
+        }
+    }
+}

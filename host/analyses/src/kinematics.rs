@@ -380,12 +380,7 @@ fn whole(
             far += step;
             for k in 0..all.len() {
                 if here.rates[k] * next.rates[k] < 0.0 && here.rates[k].abs().min(next.rates[k].abs()) > NONE {
-                    let (place, singular) = path.dead(&here, direction * step, k).map_err(refused)?;
-                    if let Some(reason) = singular {
-                        let at = place.values[own] / drive.factor;
-                        notes.push(format!("at a dead point, {} = {at} {}: {reason}", drive.name, drive.unit));
-                    }
-                    dead.push((k, place));
+                    dead.push((k, path.dead(&here, direction * step, k).map_err(refused)?));
                 }
             }
             // Back at the start: this step goes past it.

@@ -2,7 +2,7 @@
 //!
 //! ## Equations
 //!
-//! At the start and at t = k T after it, with e = set point - measured and the output u limited:
+//! At the start and at every whole multiple t = k T behind it, with e = set point - measured and the output u limited:
 //!
 //! ```text
 //! I_k = I_(k-1) + k_i T e_k                                                 (1)
@@ -21,7 +21,8 @@
 //!
 //! ## Singular cases
 //!
-//! A row of results at the very time of a sample has the output that was held until then, but for that at the start. A function of time
+//! After a start at no multiple of T the second sample follows sooner than a period, and counts as one. A row of results at the very time
+//! of a sample has the output that was held until then, but for that at the start. A function of time
 //! that jumps at a sampling instant is sampled after the jump. Steps end at every sample: a period that is short beside the motion decides
 //! the run time.
 //!

@@ -426,7 +426,7 @@ impl Meeting {
         let limits: Vec<f64> = all.clone().map(|k| self.no_acceleration(k, acceleration)).collect();
         let mut candidates: Vec<usize> = all.clone().filter(|k| self.stays(*k, speed)).collect();
         loop {
-            let pattern = self.complementary(of_rows, &candidates, held.clone(), NO_ACCELERATION * acceleration)?;
+            let pattern = self.at_rest(of_rows, &candidates, held.clone(), NO_ACCELERATION * acceleration)?;
             let w = &self.delassus * &pattern.forces + of_rows;
             let is_low = |k: usize| {
                 let (rate, row) = (self.rate(k), self.first[k]);

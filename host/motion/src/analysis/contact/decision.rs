@@ -73,6 +73,32 @@ impl Decision<'_> {
         found.or_else(|| self.search(&start, |_| true))
     }
 
+    /// What is at rest may be free to stay or to go: a bracket that its own weight jams on a pole presses with nothing while it falls.
+    /// It stays: where what was found moves, the choice next to that in which all is closed and sticks is taken, if less moves with it. Only by
+    /// what loads press with: a wedge could hold whatever it is touched by.
+    pub(super) fn hold(&self, held: Vec<Held>, found: (Choice, DVector<f64>)) -> (Choice, DVector<f64>) {
+        let moving = |(choice, p): &(Choice, DVector<f64>)| self.moving(choice, p);
+        let most = moving(&found);
+        if most == 0 {
+            return found;
+        }
+        let mut start = self.start(held);
+        start.held.iter_mut().filter(|one| !one.moves).for_each(|one| one.direction = [0.0; 2]);
+        start.closed = self.candidates.iter().copied().filter(|k| self.meeting.gives_way(*k)).collect();
+        self.pivot(start).filter(|other| moving(other) < most).unwrap_or(found)
+    }
+
+    /// How many of the contacts and frictions that are at rest begin to move with a choice.
+    fn moving(&self, choice: &Choice, p: &DVector<f64>) -> usize {
+        let w = &self.meeting.delassus * p + self.b;
+        let moves = |one: &&Held| {
+            let grip = self.grip(one);
+            !one.moves && norm(grip.free(pair(&grip.rows, |row| w[row]))) > 2.0 * self.none(one, p).0
+        };
+        let opens = |k: &&usize| w[self.meeting.first[**k]] > self.unit * self.meeting.sizes[self.meeting.first[**k]];
+        choice.held.iter().filter(moves).count() + self.candidates.iter().filter(opens).count()
+    }
+
     /// Whether something is taken to slide that would not move: it sticks, with what it takes elsewhere.
     fn hides_rest(&self, (choice, p): &(Choice, DVector<f64>)) -> bool {
         let w = &self.meeting.delassus * p + self.b;

@@ -197,6 +197,20 @@ impl Meeting {
         Some(self.pattern(choice, forces))
     }
 
+    /// The same of accelerations: what is at rest stays so if it can.
+    pub(super) fn at_rest(
+        &self,
+        b: &DVector<f64>,
+        candidates: &[usize],
+        held: Vec<Held>,
+        unit: f64,
+    ) -> Option<Pattern> {
+        let decision = Decision { meeting: self, b, candidates, unit };
+        let found = decision.decide(held.clone())?;
+        let (choice, forces) = decision.hold(held, found);
+        Some(self.pattern(choice, forces))
+    }
+
     /// A choice in numbers of the scene.
     pub(super) fn pattern(&self, Choice { mut closed, held, wide }: Choice, forces: DVector<f64>) -> Pattern {
         closed.sort_unstable();

@@ -1,6 +1,7 @@
 use nalgebra::{DMatrix, DVector};
 
-use super::decision::Decision;
+use super::decision::{Choice, Decision};
+use super::friction::Held;
 use super::{Grip, Meeting, only_one, smallest_of_many};
 use crate::tests::Random;
 
@@ -207,4 +208,30 @@ fn systems_that_are_clearly_not_singular_are_solved_alike_without_singular_value
         }
     }
     assert!(one > 100 && many > 100, "{one} {many}");
+}
+
+/// What is at rest stays so if contacts can hold it, also where it could go without them pressing: a bracket that its weight jams on a pole.
+#[test]
+fn what_can_stay_at_rest_stays() {
+    let mut random = Random(23);
+    let mut went = 0;
+    for number in 0..3000 {
+        let (meeting, jacobian) = at_random(&mut random, 5.0);
+        let b = &jacobian * DVector::from_vec(random.vector(3));
+        let candidates = meeting.touching.clone();
+        let all = |mut held: Vec<Held>| {
+            held.iter_mut().for_each(|one| one.direction = [0.0; 2]);
+            let mut p = meeting.forces(&b, &candidates, &mut held);
+            meeting.share(&mut p, &Choice { closed: candidates.clone(), held, wide: false });
+            p
+        };
+        let holds = off(&meeting, &b, &all(meeting.held(1.0))) < 1e-10;
+        let moves = |p: &DVector<f64>| (&meeting.delassus * p + &b).amax() > 1e-6;
+        let found = meeting.at_rest(&b, &candidates, meeting.held(1.0), 1e-9).expect("contacts at rest are decided");
+        assert!(off(&meeting, &b, &found.forces) < 1e-7, "{number}: {:.1e}", off(&meeting, &b, &found.forces));
+        assert!(!holds || !moves(&found.forces), "{number}: it could stay");
+        let alone = meeting.complementary(&b, &candidates, meeting.held(1.0), 1e-9).expect("the same");
+        went += u32::from(holds && moves(&alone.forces));
+    }
+    assert!(went > 10, "{went}");
 }
