@@ -198,7 +198,7 @@ fn a_watched_scene_runs_again_when_it_changes() {
     scratch.file("brick.toml", &BRICK.replace("t_end = 2000", "t_end = 1000"));
     wait_for("watching brick.toml", 3);
     assert_eq!(scratch.json("out/summary.json")["rows"], 11);
-    let sent = Command::new("kill").args([&format!("-{signal}"), &run.id().to_string()]).status().unwrap();
+    let sent = Command::new("kill").args(["-INT", &run.id().to_string()]).status().unwrap();
     assert!(sent.success());
     assert_eq!(run.wait().unwrap().code(), Some(130));
 }

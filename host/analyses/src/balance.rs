@@ -211,8 +211,8 @@ impl Watch {
         Self { values: Evaluator::new(&equations.graph, &nodes), layout, points }
     }
 
-    /// Angle and its rate, force and moment about a point.
-    fn at(&mut self, inputs: &[f64], about: Vector3<f64>) -> Result<([f64; 2], Vector3<f64>, Vector3<f64>), String> {
+    /// Angle and its rate; force and moment about a point.
+    fn at(&mut self, inputs: &[f64], about: Vector3<f64>) -> Result<([f64; 2], [Vector3<f64>; 2]), String> {
         let found = self.values.run(inputs, &[]).map_err(|error| error.to_string())?;
         let (mut force, mut moment) = (Vector3::zeros(), Vector3::zeros());
         for part in found[2..].chunks_exact(9) {
@@ -220,7 +220,7 @@ impl Watch {
             force += vector(3);
             moment += vector(6) + (vector(0) - about).cross(&vector(3));
         }
-        Ok(([found[0], found[1]], force, moment))
+        Ok(([found[0], found[1]], [force, moment]))
     }
 }
 
@@ -322,7 +322,7 @@ pub fn balance(
         run.advance(time_of(*angle, [seen[after - 1], seen[after]]) / unit)?;
         let instant = run.instant()?;
         let inputs = &instant.inputs;
-        let ([found_angle, _], force, moment) =
+        let ([found_angle, _], [force, moment]) =
             watch.at(inputs, about).map_err(|reason| failed(run.session(), reason))?;
         let angle = unwrapped(found_angle, *angle);
         let shaking = &mut found.shaking;

@@ -33,7 +33,7 @@ pub fn needs_distance(recording: &Recording, points: &[Vector3<f64>], [one, othe
         let read = |input: Input| match input {
             Input::Position { frame, component } => place(frame as usize)[component as usize],
             Input::Rotation { row, column, .. } => f64::from(u8::from(row == column)),
-            Input::Velocity { frame, component } => f64::from(u32::from(frame) + u32::from(component)) - 0.5,
+            Input::Velocity { frame, component } => f64::from(frame + component) - 0.5,
             Input::AngularVelocity { .. } => 0.0,
             _ => 0.5,
         };
