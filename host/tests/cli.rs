@@ -322,7 +322,7 @@ fn leaves_valid_results(signal: &str) {
         }
         std::thread::sleep(std::time::Duration::from_millis(50));
     }
-    let sent = Command::new("kill").args(["-INT", &run.id().to_string()]).status().unwrap();
+    let sent = Command::new("kill").args([&format!("-{signal}"), &run.id().to_string()]).status().unwrap();
     assert!(sent.success());
     assert_eq!(run.wait().unwrap().code(), Some(130));
     let summary = scratch.json("out/summary.json");
