@@ -265,7 +265,7 @@ fn a_leaning_rod_stays_where_its_wall_holds_it() {
             let z = column(&report, "z");
             let moved = z.iter().map(|value| (value - z[0]).abs()).fold(0.0, f64::max);
             assert_eq!(moved < 1e-12, stays, "{mu}: {moved:.1e}");
-            assert!(report.events.len() < 10, "{mu}: {} events", report.events.len());
+            assert!(report.events.len() < 20, "{mu}: {} events", report.events.len());
         }
     }
 }

@@ -95,7 +95,7 @@ pub struct PlaneContactParameters {
     #[param(unit = "m", min = 0.0, default = 0.0)]
     pub radius: f64,
     /// Half axes of an ellipsoid along x, y, z of frame j; not given: a ball.
-    #[param(unit = "m", above = 0.0, example = [0.1, 0.03, 0.02])]
+    #[param(unit = "m", above = 0.0)]
     pub half_axes: Option<[f64; 3]>,
     /// Coefficient of restitution, 0 to 1.
     #[param(min = 0.0, max = 1.0, default = 0.0)]
