@@ -306,6 +306,9 @@ impl Enclosure {
     /// Decides what needs no knowledge of noise: most guards over most steps.
     fn decide_what_is_clear(&self, piece: &mut Piece, seen: bool) {
         for k in 0..self.within.len() {
+            if !piece.open[k] {
+                continue;
+            }
             let (value, known) = self.range_of(k);
             let is_clear = match self.within[k] {
                 Guard::Switch => value.low >= 0.0 || value.high < 0.0,
@@ -314,7 +317,7 @@ impl Enclosure {
                 }
                 _ => false,
             };
-            piece.open[k] &= !is_clear;
+            piece.open[k] = !is_clear;
         }
     }
 

@@ -68,8 +68,11 @@ impl Decision<'_> {
         // With normal forces that balance each other much could be held that moves apart: they are shared where nothing else is found.
         let widely = |start: Choice| Choice { wide: true, ..start };
         let found = self.pivot(widely(start.clone())).or(found);
-        let found = found.or_else(|| self.pivot(self.approach(&start)));
-        let found = found.or_else(|| self.pivot(widely(self.approach(&start))));
+        if found.is_some() {
+            return found;
+        }
+        let near = self.approach(&start);
+        let found = self.pivot(near.clone()).or_else(|| self.pivot(widely(near)));
         found.or_else(|| self.search(&start, |_| true))
     }
 
