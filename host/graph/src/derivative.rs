@@ -1,5 +1,8 @@
 //! Exact derivatives of the graph, as further nodes of the graph.
 
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
 use rustc_hash::FxHashMap;
 
 use super::graph::{Expr, Graph, Node};
@@ -77,6 +80,82 @@ pub fn derivatives_among(graph: &mut Graph, below: &Below, outputs: &[Node], see
         }
     }
     outputs.iter().map(|node| below.place(*node).map_or(zero, |place| found[place])).collect()
+}
+
+/// Which of the nodes that may depend on seeds read each of them.
+struct Readers {
+    /// By place: where its readers begin; then where the last one's end.
+    starts: Vec<u32>,
+    /// Places, one node's readers after the other's.
+    places: Vec<u32>,
+}
+
+impl Readers {
+    fn new(below: &Below) -> Self {
+        let nowhere = below.nodes.len();
+        let reads = || {
+            let by_reader = below.operands.iter().zip(0_u32..);
+            by_reader.flat_map(|(at, reader)| at.iter().map(move |read| (*read as usize, reader)))
+        };
+        let mut starts = vec![0; nowhere + 2];
+        reads().for_each(|(read, _)| starts[read + 1] += 1);
+        starts.truncate(nowhere + 1);
+        (0..nowhere).for_each(|place| starts[place + 1] += starts[place]);
+        let mut places = vec![0; starts[nowhere] as usize];
+        let mut next = starts.clone();
+        for (read, reader) in reads().filter(|(read, _)| *read != nowhere) {
+            places[next[read] as usize] = reader;
+            next[read] += 1;
+        }
+        Self { starts, places }
+    }
+
+    fn of(&self, place: usize) -> &[u32] {
+        &self.places[self.starts[place] as usize..self.starts[place + 1] as usize]
+    }
+}
+
+/// The derivatives of `outputs` along each of the variables, which are inputs, one list for each: the same nodes as one call of [`derivatives`] for
+/// each makes, by work that grows with what depends on a variable instead of with everything.
+pub fn derivatives_along_each(graph: &mut Graph, outputs: &[Node], variables: &[Node]) -> Vec<Vec<Node>> {
+    let unit = graph.constant(1.0);
+    if !graph.solved.is_empty() {
+        let along = |variable: &Node| derivatives(graph, outputs, &Seeds::from_iter([(*variable, unit)]));
+        return variables.iter().map(along).collect();
+    }
+    let zero = graph.constant(0.0);
+    let below = Below::new(graph, outputs, |_| false);
+    let readers = Readers::new(&below);
+    let mut found = vec![zero; below.nodes.len() + 1];
+    let mut was_seen = vec![false; below.nodes.len()];
+    let mut columns = Vec::with_capacity(variables.len());
+    for variable in variables {
+        let mut reached = Vec::new();
+        let mut open = BinaryHeap::new();
+        if let Some(place) = below.place(*variable) {
+            found[place] = unit;
+            reached.push(place);
+            open.extend(readers.of(place).iter().map(|reader| Reverse(*reader)));
+        }
+        // Operands come before what reads them.
+        while let Some(Reverse(reader)) = open.pop() {
+            let place = reader as usize;
+            if std::mem::replace(&mut was_seen[place], true) {
+                continue;
+            }
+            reached.push(place);
+            let slopes = below.operands[place].map(|at| found[at as usize]);
+            found[place] = one(graph, below.nodes[place], zero, slopes);
+            if found[place] != zero {
+                open.extend(readers.of(place).iter().map(|reader| Reverse(*reader)));
+            }
+        }
+        columns.push(outputs.iter().map(|node| below.place(*node).map_or(zero, |place| found[place])).collect());
+        for place in reached {
+            (found[place], was_seen[place]) = (zero, false);
+        }
+    }
+    columns
 }
 
 /// The derivative of a node of whose operands at least one is not constant, from theirs.

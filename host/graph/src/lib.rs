@@ -66,7 +66,7 @@ mod tests;
 
 pub use condense::condense;
 pub use costs::{MachineError, Maker};
-pub use derivative::{Below, Seeds, derivatives, derivatives_among};
+pub use derivative::{Below, Seeds, derivatives, derivatives_along_each, derivatives_among};
 pub use eliminate::Elimination;
 pub use graph::{Call, Expr, Graph, Node};
 pub use import::{import, operation};

@@ -5,7 +5,7 @@ use element_api::recording::{Input, Role};
 use element_api::{Jet, Scalar, Table};
 
 use super::{Random, value, values};
-use crate::{Graph, Node, Program, Seeds, derivatives, import};
+use crate::{Graph, Node, Program, Seeds, derivatives, derivatives_along_each, import};
 
 /// Every operation, and compositions of them, for x > 0 and any y.
 fn every<S: Scalar>(x: S, y: S) -> Vec<(&'static str, S)> {
@@ -181,4 +181,40 @@ fn derivatives_share_the_operations_of_what_they_come_from() {
     let slope = derivatives(&mut g, &[root], &Seeds::from_iter([(x, one)]))[0];
     // 0.5 / sqrt(x): one more operation.
     assert_eq!(Program::compile(&g, &[root, slope]).operations(), 2);
+}
+
+#[test]
+fn derivatives_along_each_variable_are_those_along_one_after_the_other() {
+    let graph = || {
+        let mut graph = Graph::default();
+        let inputs: Vec<Node> = (0..6).map(|slot| graph.input(slot)).collect();
+        let mut random = Random(7);
+        let mut nodes = inputs.clone();
+        for _ in 0..200 {
+            let [a, b] = [(); 2].map(|()| nodes[random.below(nodes.len())]);
+            let made = match random.below(6) {
+                0 => graph.add(a, b),
+                1 => graph.sub(a, b),
+                2 => graph.mul(a, b),
+                3 => graph.sin(a),
+                4 => graph.sqrt(b),
+                _ => graph.select(a, b, a, b),
+            };
+            nodes.push(made);
+        }
+        // Some twice, one that is a variable, one that nothing moves.
+        let zero = graph.constant(3.0);
+        let outputs = [&nodes[150..], &nodes[170..180], &[inputs[2], zero]].concat();
+        (graph, inputs, outputs)
+    };
+    let (mut together, inputs, outputs) = graph();
+    let columns = derivatives_along_each(&mut together, &outputs, &inputs);
+    let (mut apart, _, _) = graph();
+    let unit = apart.constant(1.0);
+    for (variable, column) in inputs.iter().zip(columns) {
+        let expected = derivatives(&mut apart, &outputs, &Seeds::from_iter([(*variable, unit)]));
+        assert!(expected.iter().any(|node| !apart.is_zero(*node)));
+        assert_eq!(column, expected);
+    }
+    assert_eq!(together.len(), apart.len());
 }

@@ -1,7 +1,7 @@
 //! Forces that depend on accelerations and reactions: friction driven by a joint's reaction, a controller that reads an
 //! acceleration.
 
-use odyn_graph::{Expr, Graph, Node, Rewriting, Seeds, derivatives};
+use odyn_graph::{Expr, Graph, Node, Rewriting, derivatives_along_each};
 use rustc_hash::FxHashMap;
 
 use super::equations::{Equations, Form};
@@ -23,18 +23,14 @@ impl Equations {
     /// Finds the accelerations and multipliers that the loads, the rates of states and the power depend on.
     pub(super) fn find_coupling(&mut self, layout: &Layout) {
         let slots = self.solved_inputs(&self.loads, layout);
-        let one = self.graph.constant(1.0);
-        for slot in slots {
-            let slopes = match self.form {
-                Form::Reference => Vec::new(),
-                Form::Working => {
-                    let input = self.graph.input(slot);
-                    let loads = self.loads.clone();
-                    derivatives(&mut self.graph, &loads, &Seeds::from_iter([(input, one)]))
-                }
-            };
-            self.coupling.push(CoupledInput { slot, slopes });
-        }
+        let slopes = match self.form {
+            Form::Reference => vec![Vec::new(); slots.len()],
+            Form::Working => {
+                let inputs: Vec<Node> = slots.iter().map(|slot| self.graph.input(*slot)).collect();
+                derivatives_along_each(&mut self.graph, &self.loads, &inputs)
+            }
+        };
+        self.coupling.extend(slots.into_iter().zip(slopes).map(|(slot, slopes)| CoupledInput { slot, slopes }));
         let mut rates = self.state_rates.clone();
         rates.push(self.power);
         self.solved_in_rates = self.solved_inputs(&rates, layout);
@@ -148,12 +144,8 @@ impl Dependence {
         }
         let solved = Rewriting::new(&self.found.graph, g, replaced).carry_all(g, &self.found.nodes);
         let of_slots: Vec<Node> = self.places().map(|place| solved[place]).collect();
-        let one = g.constant(1.0);
-        let mut slopes = Vec::with_capacity(of_slots.len() * of_slots.len());
-        for slot in &self.slots {
-            let input = g.input(*slot);
-            slopes.extend(derivatives(g, &of_slots, &Seeds::from_iter([(input, one)])));
-        }
+        let inputs: Vec<Node> = self.slots.iter().map(|slot| g.input(*slot)).collect();
+        let slopes = derivatives_along_each(g, &of_slots, &inputs).concat();
         let mut replaced: FxHashMap<Node, Node> = FxHashMap::default();
         for (slot, node) in self.solved.iter().zip(&solved).filter(|(slot, _)| !self.slots.contains(slot)) {
             replaced.insert(g.input(*slot), *node);

@@ -18,7 +18,7 @@ use std::collections::BTreeMap;
 
 use element_api::Recording;
 use element_api::recording::{Input, Op, Role};
-use odyn_graph::{Elimination, Graph, Node, Rewriting, Seeds, V3, derivatives, operation};
+use odyn_graph::{Elimination, Graph, Node, Rewriting, Seeds, V3, derivatives, derivatives_along_each, operation};
 use rustc_hash::FxHashMap;
 
 use super::equations::{Equations, Form, FrameLoad};
@@ -267,15 +267,13 @@ impl Equations {
     pub fn element_mass(&mut self, model: &Model, layout: &Layout) -> ElementMass {
         let FreeInertia { loads, rates } = self.free_inertia.clone();
         let nodes: Vec<Node> = loads.iter().chain(&rates).map(|(_, node)| *node).collect();
-        let one = self.graph.constant(1.0);
         let mut mass: BTreeMap<(usize, usize), Node> = BTreeMap::new();
         let mut flexible = Vec::new();
-        for slot in self.solved_inputs(&nodes, layout) {
-            let Some(column) = slot.checked_sub(layout.acceleration_slot()).filter(|k| *k < layout.velocities()) else {
-                continue;
-            };
-            let input = self.graph.input(slot);
-            let slopes = derivatives(&mut self.graph, &nodes, &Seeds::from_iter([(input, one)]));
+        let mut columns = self.solved_inputs(&nodes, layout);
+        columns.retain(|slot| *slot < layout.acceleration_slot() + layout.velocities());
+        let inputs: Vec<Node> = columns.iter().map(|slot| self.graph.input(*slot)).collect();
+        columns.iter_mut().for_each(|slot| *slot -= layout.acceleration_slot());
+        for (column, slopes) in columns.into_iter().zip(derivatives_along_each(&mut self.graph, &nodes, &inputs)) {
             let (of_loads, of_rates) = slopes.split_at(loads.len());
             for ((row, _), slope) in loads.iter().zip(of_loads) {
                 let before = mass.get(&(column, *row)).copied().unwrap_or_else(|| self.graph.constant(0.0));
