@@ -29,10 +29,10 @@ use nalgebra::{DMatrix, DVector};
 use super::constraints::{Constraints, mass_values};
 use super::formulation::AnalysisError;
 use super::working::clusters;
-use crate::linalg::{Clusters, FullPivLu, KktSolver, KktStructure, SingularValues, SparseFirst};
+use crate::linalg::{Clusters, FullPivLu, KktSolver, KktStructure, SingularValues, SparseFirst, connected_blocks};
 use crate::model::Model;
 use crate::plan::{Layout, body_scales};
-use crate::program::{Contact, Equations, Friction, Sets};
+use crate::program::{Contact, Equations, Friction, Sets, Used};
 
 /// Rank tolerance for the rows that always hold, and for Delassus' matrix.
 const RANK_TOLERANCE: f64 = 1e-9;
@@ -195,6 +195,11 @@ impl Contacts {
     pub fn gammas(&mut self, inputs: &[f64], sets: &Sets) -> Result<&[f64], AnalysisError> {
         self.rows.evaluate(inputs, sets)?;
         Ok(self.rows.function(2))
+    }
+
+    /// The program of all rows, with how often it was run.
+    pub fn used(&mut self) -> Used<'_> {
+        self.rows.used(false)
     }
 
     /// Which rows they are of.
@@ -375,10 +380,14 @@ impl Meeting {
     /// What acts along some rows, and nothing along others, so that it brings their rates to zero from these, which are of all rows. Where
     /// that is not unique, the smallest.
     fn stopping(&self, rows: &[usize], rates: &DVector<f64>) -> DVector<f64> {
-        self.solve(rows, &self.block(rows), DVector::from_iterator(rows.len(), rows.iter().map(|row| -rates[*row])))
+        self.solve(
+            rows,
+            &block(&self.delassus, rows),
+            DVector::from_iterator(rows.len(), rows.iter().map(|row| -rates[*row])),
+        )
     }
 
-    /// The smallest solution for what acts along some rows: of [`Meeting::block`], or of a matrix that differs from it by what depends on
+    /// The smallest solution for what acts along some rows: of their block of Delassus' matrix, or of one that differs from it by what depends on
     /// what acts. Nothing acts along a row that nothing gives way to: its part of the matrix is round-off.
     fn solve(&self, rows: &[usize], matrix: &DMatrix<f64>, right: DVector<f64>) -> DVector<f64> {
         if rows.is_empty() {
@@ -389,10 +398,6 @@ impl Meeting {
         let scale = DVector::from_iterator(rows.len(), rows.iter().map(unit));
         let scaled = DMatrix::from_fn(rows.len(), rows.len(), |i, j| scale[i] * matrix[(i, j)] * scale[j]);
         smallest(&scaled, &right.component_mul(&scale)).component_mul(&scale)
-    }
-
-    fn block(&self, rows: &[usize]) -> DMatrix<f64> {
-        DMatrix::from_fn(rows.len(), rows.len(), |i, j| self.delassus[(rows[i], rows[j])])
     }
 
     /// What the impulses so far change of the velocities of bodies, six each.
@@ -443,9 +448,30 @@ impl Meeting {
     }
 }
 
-/// The smallest solution of a system that may be singular.
+/// The smallest solution of a system that may be singular, by its blocks.
 fn smallest(matrix: &DMatrix<f64>, right: &DVector<f64>) -> DVector<f64> {
-    only_one(matrix, right).unwrap_or_else(|| smallest_of_many(matrix, right))
+    let mut found = DVector::zeros(right.len());
+    for own in blocks(matrix) {
+        let (matrix, right) = (block(matrix, &own), DVector::from_fn(own.len(), |i, _| right[own[i]]));
+        let part = only_one(&matrix, &right).unwrap_or_else(|| smallest_of_many(&matrix, &right));
+        own.iter().zip(part.iter()).for_each(|(place, value)| found[*place] = *value);
+    }
+    found
+}
+
+/// The unknowns of a square matrix, those together that have to do with each other: what rests apart is decided by itself.
+fn blocks(matrix: &DMatrix<f64>) -> Vec<Vec<usize>> {
+    let n = matrix.nrows();
+    let entries = matrix.iter().enumerate().filter(|(_, value)| **value != 0.0).map(|(at, _)| (at % n, at / n));
+    let labels = connected_blocks(n, entries);
+    let mut blocks = vec![Vec::new(); labels.iter().max().map_or(0, |last| last + 1)];
+    labels.into_iter().enumerate().for_each(|(unknown, label)| blocks[label].push(unknown));
+    blocks
+}
+
+/// The block of some unknowns.
+fn block(matrix: &DMatrix<f64>, own: &[usize]) -> DMatrix<f64> {
+    DMatrix::from_fn(own.len(), own.len(), |i, j| matrix[(own[i], own[j])])
 }
 
 /// The solution of a system, where it is clearly not singular.

@@ -26,7 +26,7 @@ impl BlockCholesky {
     /// Finds the blocks of a pattern given as `(row, column)` of the lower triangle.
     /// Indices must be below `n` (see [`super::KktStructure::validate`]).
     pub fn new(n: usize, pattern: &[(usize, usize)]) -> Self {
-        let block_of = connected_blocks(n, pattern);
+        let block_of = connected_blocks(n, pattern.iter().copied());
         let count = block_of.iter().max().map_or(0, |&last| last + 1);
 
         let mut members: Vec<Vec<usize>> = vec![Vec::new(); count];
@@ -160,10 +160,11 @@ impl Block {
     }
 }
 
-/// Label of each unknown's block; labels count up in the order of first unknowns.
-fn connected_blocks(n: usize, pattern: &[(usize, usize)]) -> Vec<usize> {
+/// Label of the block of each of `n` unknowns, which those have in common that `pattern` connects, directly or by others; labels count up in
+/// the order of first unknowns.
+pub fn connected_blocks(n: usize, pattern: impl IntoIterator<Item = (usize, usize)>) -> Vec<usize> {
     let mut parent: Vec<usize> = (0..n).collect();
-    for &(row, column) in pattern {
+    for (row, column) in pattern {
         let a = find_root(&mut parent, row);
         let b = find_root(&mut parent, column);
         // The smaller index becomes the root, so a block is named after its first unknown.

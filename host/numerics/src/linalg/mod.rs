@@ -48,7 +48,7 @@ mod sparse_rank;
 #[cfg(test)]
 mod tests;
 
-pub use block_cholesky::BlockCholesky;
+pub use block_cholesky::{BlockCholesky, connected_blocks};
 pub use constraint_order::{Clusters, constraint_order};
 pub use dense::FullPivLu;
 pub use dense_qr::DenseQr;

@@ -3,14 +3,18 @@
 //! Conditions, sharp functions and counted angles are nodes of the equations. Where they can be written in the coordinates that
 //! are integrated, their ranges over a step are computed; elsewhere they are looked at in many places of it.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use super::clocks::around;
 use crate::analysis::Formulation;
 use crate::integrate::{Guard, GuardSet, Guards, Watched as Set};
-use crate::interval::Range;
+use crate::interval::Range as Stretch;
 use crate::plan::Layout;
-use crate::program::{Contact, Equations, Expr, Friction, Node, Ranges, Sharp, Switches};
+use crate::program::{Contact, Equations, Expr, Friction, Graph, Node, Ranges, Sharp, Switches};
+
+/// How many times as many nodes frictions may have one by one as they have together, to be evaluated one by one.
+const APART: usize = 2;
 
 /// See the module documentation.
 pub(super) struct Guarded {
@@ -26,11 +30,32 @@ pub(super) struct Guarded {
 #[derive(Default)]
 pub(super) struct Bank {
     pub(super) nodes: Vec<Node>,
-    ranges: Option<Ranges>,
+    /// What is evaluated together. A friction whose nodes are its own is a part of its own: most slide at few times.
+    parts: Vec<Part>,
+    openings: Vec<Opening>,
+    /// By node: whether it is held at zero, see [`Bank::hold`].
+    held: Vec<bool>,
+}
+
+/// Nodes that a unilateral row, or behind these one with a limit, is opened or slides by.
+struct Opening {
+    /// Place of the node.
+    place: usize,
+    /// Number of the row among those that are unilateral, then those with a limit.
+    row: usize,
+    /// Where the direction of sliding is among the discrete states; nothing of a unilateral row.
+    direction: Range<usize>,
+}
+
+/// Ranges of some of the nodes.
+struct Part {
+    /// Their places, in the order of the ranges.
+    places: Range<usize>,
+    ranges: Ranges,
     /// For each input of the ranges what it is.
     sources: Vec<Source>,
-    /// Nodes that are what a unilateral row, or behind these one with a limit, is opened or slides by: place and number of the row.
-    rows: Vec<(usize, usize)>,
+    found: Vec<Stretch>,
+    values: Vec<f64>,
 }
 
 /// Where an input of the ranges comes from.
@@ -148,7 +173,8 @@ impl Watching {
         let number = all.len();
         all.retain(|(node, ..)| is_of_motion(equations, layout, *node));
         let is_partial = all.len() < number;
-        let rows = all.iter().enumerate().filter_map(|(place, (.., row))| Some((place, (*row)?))).collect();
+        let openings = all.iter().enumerate().filter_map(|(place, (.., row))| Some(self.opening(place, (*row)?)));
+        let openings: Vec<Opening> = openings.collect();
         let known = of_carried(equations, all.into_iter().map(|(node, guard, _)| (node, guard)).collect());
         let g = &mut equations.graph;
         let angles = self.angles.iter().map(|(angle, reference)| {
@@ -178,11 +204,16 @@ impl Watching {
             guards.of_time.push(Guard::Knots(Arc::new(move |t| around(&periods, end, t))));
         }
         let of_time = Bank::of_time(of_time, equations, layout);
-        let (mut within, turns);
-        (within, guards.within) = Bank::new(known, equations, layout, formulation);
-        within.rows = rows;
-        (turns, guards.turns) = Bank::new(angles, equations, layout, formulation);
+        let (within, turns);
+        (within, guards.within) = Bank::new(known, openings, equations, layout, formulation);
+        (turns, guards.turns) = Bank::new(angles, Vec::new(), equations, layout, formulation);
         Guarded { guards, is_partial, within, turns, of_time }
+    }
+
+    fn opening(&self, place: usize, row: usize) -> Opening {
+        let friction = row.checked_sub(self.contacts.len()).map(|number| &self.frictions[number]);
+        let direction = friction.map_or(0..0, |own| own.direction_at..own.direction_at + own.rows.len());
+        Opening { place, row, direction }
     }
 }
 
@@ -213,12 +244,13 @@ fn is_of_motion(equations: &Equations, layout: &Layout, node: Node) -> bool {
 impl Bank {
     fn new(
         all: Vec<(Node, Guard)>,
+        openings: Vec<Opening>,
         equations: &Equations,
         layout: &Layout,
         formulation: &dyn Formulation,
     ) -> (Self, GuardSet) {
         let (nodes, guards): (Vec<Node>, Vec<Guard>) = all.into_iter().unzip();
-        let mut bank = Self { nodes, ..Self::default() };
+        let mut bank = Self { held: vec![false; nodes.len()], nodes, openings, ..Self::default() };
         let entries = bank.write(equations, layout, formulation);
         let set = GuardSet { guards, proved: entries.is_some(), entries: entries.unwrap_or_default() };
         (bank, set)
@@ -226,10 +258,8 @@ impl Bank {
 
     /// For nodes that depend on no entry of the state.
     fn of_time(nodes: Vec<Node>, equations: &Equations, layout: &Layout) -> Self {
-        let mut bank = Self { nodes, ..Self::default() };
-        if !bank.nodes.is_empty() {
-            bank.take(Ranges::new(&equations.graph, &bank.nodes), layout, |_| None);
-        }
+        let mut bank = Self { held: vec![false; nodes.len()], nodes, ..Self::default() };
+        bank.take(&equations.graph, &bank.nodes.clone(), layout, |_| None);
         bank
     }
 
@@ -239,46 +269,92 @@ impl Bank {
             return None;
         }
         let (graph, nodes) = formulation.written_in_state(equations, &self.nodes)?;
-        self.take(Ranges::new(&graph, &nodes), layout, |slot| formulation.entry_of(slot))
+        self.take(&graph, &nodes, layout, |slot| formulation.entry_of(slot))
     }
 
-    /// Takes ranges, the entries of whose inputs are given by slot; gives these, or `None` where an input is none.
+    /// Takes ranges of nodes, the entries of whose inputs are given by slot; gives these, or `None` where an input is none.
     fn take(
         &mut self,
-        ranges: Ranges,
+        graph: &Graph,
+        nodes: &[Node],
         layout: &Layout,
         entry_of: impl Fn(usize) -> Option<usize>,
     ) -> Option<Vec<usize>> {
         let (references, discrete) = (layout.reference_slot(), layout.discrete_slot());
         let mut entries = Vec::new();
-        for slot in ranges.inputs() {
-            self.sources.push(match *slot {
-                Layout::TIME => Source::Time,
-                slot if (references..discrete).contains(&slot) => Source::Reference(slot - references),
-                slot if (discrete..layout.acceleration_slot()).contains(&slot) => Source::Discrete(slot - discrete),
-                slot => {
-                    entries.push(entry_of(slot)?);
-                    Source::Entry(entries.len() - 1)
-                }
-            });
+        for places in self.divided(graph, nodes) {
+            let ranges = Ranges::new(graph, &nodes[places.clone()]);
+            let mut sources = Vec::with_capacity(ranges.inputs().len());
+            for slot in ranges.inputs() {
+                sources.push(match *slot {
+                    Layout::TIME => Source::Time,
+                    slot if (references..discrete).contains(&slot) => Source::Reference(slot - references),
+                    slot if (discrete..layout.acceleration_slot()).contains(&slot) => Source::Discrete(slot - discrete),
+                    slot => {
+                        let entry = entry_of(slot)?;
+                        let known = entries.iter().position(|known| *known == entry);
+                        Source::Entry(known.unwrap_or_else(|| {
+                            entries.push(entry);
+                            entries.len() - 1
+                        }))
+                    }
+                });
+            }
+            let (found, values) = (vec![Stretch::UNKNOWN; places.len()], vec![f64::NAN; places.len()]);
+            self.parts.push(Part { places, ranges, sources, found, values });
         }
-        self.ranges = Some(ranges);
         Some(entries)
     }
 
-    /// The ranges of the guards that are wanted; the others are left as they are.
+    /// The places of the nodes of each part.
+    fn divided(&self, graph: &Graph, nodes: &[Node]) -> Vec<Range<usize>> {
+        let frictions = self.openings.iter().filter(|opening| !opening.direction.is_empty());
+        // They are the last ones.
+        let first = frictions.map(|friction| friction.place).next().unwrap_or(nodes.len());
+        let (others, frictions) = (0..first, first..nodes.len());
+        let alone: usize = nodes[first..].iter().map(|node| graph.ancestors(&[*node], |_| false).len()).sum();
+        let are_apart = alone <= APART * graph.live(&nodes[first..]).len();
+        let mut parts = vec![others];
+        if are_apart {
+            parts.extend(frictions.map(|place| place..place + 1))
+        } else {
+            parts.push(frictions)
+        }
+        parts.retain(|places| !places.is_empty());
+        parts
+    }
+
+    /// What rows that are closed, or stick, are opened or slide by stays zero: the equations enforce it. Interval arithmetic
+    /// would have to find that from differences of what is equal. So does what has no direction to slide into.
+    fn hold(&mut self, closed: &[usize], discrete: &[f64]) {
+        for Opening { place, row, direction } in &self.openings {
+            let has_none = !direction.is_empty() && discrete[direction.clone()].iter().all(|part| *part == 0.0);
+            self.held[*place] = has_none || closed.binary_search(row).is_ok();
+        }
+    }
+
+    /// The ranges of the guards that are wanted; the others are left as they are. `closed` are the rows that are closed or stick.
     pub(super) fn enclose(
         &mut self,
-        t: Range,
-        entry: &dyn Fn(usize) -> Range,
+        t: Stretch,
+        entry: &dyn Fn(usize) -> Stretch,
         between_steps: [&[f64]; 2],
+        closed: &[usize],
         wanted: &dyn Fn(usize) -> bool,
-        found: &mut [Range],
+        all: &mut [Stretch],
     ) {
-        let Some(ranges) = &mut self.ranges else { return };
-        let sources = &self.sources;
-        let input = |place: usize| sources[place].take(t, entry, between_steps, Range::still);
-        ranges.evaluate(input, wanted, found);
+        self.hold(closed, between_steps[1]);
+        let held = &self.held;
+        for Part { places, ranges, sources, found, .. } in &mut self.parts {
+            let open = |place: usize| wanted(place) && !held[place];
+            if places.clone().any(open) {
+                let input = |k: usize| sources[k].take(t, entry, between_steps, Stretch::still);
+                ranges.evaluate(input, |k| open(places.start + k), found);
+            }
+            for place in places.clone().filter(|place| wanted(*place)) {
+                all[place] = if held[place] { Stretch::still(0.0) } else { found[place - places.start] };
+            }
+        }
     }
 
     /// Their values at a point.
@@ -287,18 +363,19 @@ impl Bank {
         t: f64,
         entry: &dyn Fn(usize) -> f64,
         between_steps: [&[f64]; 2],
-        found: &mut [f64],
+        closed: &[usize],
+        all: &mut [f64],
     ) {
-        let Some(ranges) = &mut self.ranges else { return };
-        let sources = &self.sources;
-        ranges.values(|place| sources[place].take(t, entry, between_steps, |x| x), found);
-    }
-
-    /// What rows that are closed, or stick, are opened or slide by stays zero: the equations enforce it. Interval arithmetic
-    /// would have to find that from differences of what is equal.
-    pub(super) fn hold<T: Copy>(&self, closed: &[usize], found: &mut [T], zero: T) {
-        let held = self.rows.iter().filter(|(_, row)| closed.binary_search(row).is_ok());
-        held.for_each(|(place, _)| found[*place] = zero);
+        self.hold(closed, between_steps[1]);
+        let held = &self.held;
+        for Part { places, ranges, sources, values, .. } in &mut self.parts {
+            if places.clone().any(|place| !held[place]) {
+                ranges.values(|k| sources[k].take(t, entry, between_steps, |x| x), values);
+            }
+            for (place, value) in places.clone().zip(values) {
+                all[place] = if held[place] { 0.0 } else { *value };
+            }
+        }
     }
 }
 

@@ -13,7 +13,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::decision::{Choice, Decision};
 use super::shares::{Balance, Holding};
-use super::{Meeting, RANK_TOLERANCE, Shares};
+use super::{Meeting, RANK_TOLERANCE, Shares, block};
 
 /// Iterations for the direction of sliding in a plane, and how well it is known then.
 const MOST_TURNS: usize = 2000;
@@ -316,7 +316,7 @@ impl Meeting {
         let mut rows: Vec<usize> = closed.iter().flat_map(|k| self.first[*k]..self.first[k + 1]).collect();
         rows.extend(sticking(held, closed).flat_map(|one| self.grips[one.grip].rows.iter().copied()));
         let mut p = DVector::zeros(self.rows.len());
-        let mut matrix = self.block(&rows);
+        let mut matrix = block(&self.delassus, &rows);
         let sliding = || held.iter().filter(|one| is_active(one, closed) && !one.sticks());
         for one in sliding() {
             let own = &self.grips[one.grip].rows;

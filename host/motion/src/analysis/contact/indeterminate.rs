@@ -1,8 +1,8 @@
 //! [`Indeterminate`]: reactions of contacts that rigid bodies leave open.
 
-use nalgebra::{DMatrix, DVector, SymmetricEigen};
+use nalgebra::{DMatrix, DVector, Dyn, SymmetricEigen};
 
-use super::{Grip, Meeting, Pattern, RANK_TOLERANCE};
+use super::{Grip, Meeting, Pattern, RANK_TOLERANCE, block, blocks};
 
 /// Share of a row in reactions that balance each other above which it takes part.
 pub(super) const TAKES_PART: f64 = 1e-6;
@@ -110,10 +110,22 @@ impl Meeting {
             scale[i] * sum * scale[j]
         };
         let n = columns.len();
-        let found = SymmetricEigen::new(DMatrix::from_fn(n, n, |i, j| 0.5 * (entry(i, j) + entry(j, i))));
-        let least = RANK_TOLERANCE * found.eigenvalues.max();
-        let null = (0..n).filter(|k| found.eigenvalues[*k] <= least);
-        null.map(|k| DVector::from_fn(n, |i, _| scale[i] * found.eigenvectors[(i, k)])).collect()
+        let matrix = DMatrix::from_fn(n, n, |i, j| 0.5 * (entry(i, j) + entry(j, i)));
+        let parts = blocks(&matrix).into_iter().map(|own| {
+            let found = SymmetricEigen::new(block(&matrix, &own));
+            (own, found)
+        });
+        let parts: Vec<(Vec<usize>, SymmetricEigen<f64, Dyn>)> = parts.collect();
+        let most = parts.iter().map(|(_, found)| found.eigenvalues.max()).fold(0.0, f64::max);
+        let null = parts.iter().flat_map(|(own, found)| {
+            let null = (0..own.len()).filter(|k| found.eigenvalues[*k] <= RANK_TOLERANCE * most);
+            null.map(|k| {
+                let mut one = DVector::zeros(n);
+                own.iter().enumerate().for_each(|(i, place)| one[*place] = scale[*place] * found.eigenvectors[(i, k)]);
+                one
+            })
+        });
+        null.collect()
     }
 
     /// Frictions that slide whose change with reactions in balance changes the motion while the rows hold.

@@ -2,7 +2,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::decision::{Choice, Decision};
 use super::friction::Held;
-use super::{Grip, Meeting, only_one, smallest_of_many};
+use super::{Grip, Meeting, blocks, only_one, smallest, smallest_of_many};
 use crate::tests::Random;
 
 /// A contact of a body in a plane: where it touches from its centre of mass, the direction of the normal, and its friction.
@@ -208,6 +208,36 @@ fn systems_that_are_clearly_not_singular_are_solved_alike_without_singular_value
         }
     }
     assert!(one > 100 && many > 100, "{one} {many}");
+}
+
+/// The twin of solving by blocks is the matrix as a whole.
+#[test]
+fn what_rests_apart_is_decided_by_itself() {
+    let mut random = Random(29);
+    for number in 0..300 {
+        let sizes: Vec<usize> = (0..1 + random.below(5)).map(|_| 1 + random.below(4)).collect();
+        let n = sizes.iter().sum();
+        let mut apart = DMatrix::zeros(n, n);
+        let mut first = 0;
+        for size in &sizes {
+            // Every other one is singular.
+            let rank = if random.below(2) == 0 { *size } else { size.div_ceil(2) };
+            let factor = DMatrix::from_fn(*size, rank, |_, _| random.next());
+            apart.view_mut((first, first), (*size, *size)).copy_from(&(&factor * factor.transpose()));
+            first += size;
+        }
+        let mut order: Vec<usize> = (0..n).collect();
+        (0..n).for_each(|k| order.swap(k, random.below(n)));
+        let matrix = apart.select_rows(&order).select_columns(&order);
+        let found = blocks(&matrix);
+        assert!(found.len() >= sizes.len(), "{number}");
+        let b = &matrix * DVector::from_vec(random.vector(n));
+        let (by_blocks, whole) = (smallest(&matrix, &b), smallest_of_many(&matrix, &b));
+        assert!((&by_blocks - &whole).amax() <= 1e-6 * whole.amax(), "{number}: {by_blocks} {whole}");
+        let mut all = found.concat();
+        all.sort_unstable();
+        assert!(all.into_iter().eq(0..n), "{number}");
+    }
 }
 
 /// What is at rest stays so if contacts can hold it, also where it could go without them pressing: a bracket that its weight jams on a pole.

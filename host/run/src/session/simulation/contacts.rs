@@ -134,6 +134,7 @@ impl Touch {
     pub(super) fn used(&mut self) -> Vec<crate::program::Used<'_>> {
         let mut list: Vec<_> =
             self.open.used().chain(self.pressing.used()).chain(self.limits.used()).chain(self.rates.used()).collect();
+        list.push(self.contacts.used());
         for (mode, _) in &mut self.others {
             list.extend(mode.formulation.programs());
         }

@@ -201,16 +201,14 @@ impl System for Simulation<'_> {
         found: &mut [Range],
     ) {
         let Some(guarded) = &mut self.guarded else { return };
-        let bank = guarded.bank(of);
-        bank.enclose(t, entry, [&self.references, &self.discrete], wanted, found);
-        bank.hold(self.touch.as_ref().map_or(&[], |touch| &touch.closed), found, Range::still(0.0));
+        let closed = self.touch.as_ref().map_or(&[][..], |touch| &touch.closed);
+        guarded.bank(of).enclose(t, entry, [&self.references, &self.discrete], closed, wanted, found);
     }
 
     fn values(&mut self, of: Watched, t: f64, entry: &dyn Fn(usize) -> f64, found: &mut [f64]) {
         let Some(guarded) = &mut self.guarded else { return };
-        let bank = guarded.bank(of);
-        bank.values(t, entry, [&self.references, &self.discrete], found);
-        bank.hold(self.touch.as_ref().map_or(&[], |touch| &touch.closed), found, 0.0);
+        let closed = self.touch.as_ref().map_or(&[][..], |touch| &touch.closed);
+        guarded.bank(of).values(t, entry, [&self.references, &self.discrete], closed, found);
     }
 
     fn resolution(&self, entry: usize) -> f64 {
