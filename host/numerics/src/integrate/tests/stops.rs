@@ -136,23 +136,6 @@ fn what_rests_stops_at_the_first_load_beyond_its_limit() {
     assert!(missed.is_empty(), "{} missed:\n{}", missed.len(), missed.join("\n"));
 }
 
-/// A load that exceeds the limit soon after the start, and again where a step ends: the later stop hid the first, when a step had been
-/// made to end there.
-#[test]
-fn a_stop_where_a_step_ends_does_not_hide_an_earlier_one() {
-    for (k, share) in (0..400).map(|k| (k, f64::from(k) / 400.0)) {
-        let limit = 0.2 + 0.7 * share;
-        let speed = 2.0 + share;
-        let mut system = Rest { speed, phase: limit.asin() - 1e-9, limit, size: 1.0 };
-        let span = Span { t_start: 0.0, t_end: 10.0, sample_times: &[] };
-        let options =
-            Options { first_step: Some((1.0 + 0.1 * share) * std::f64::consts::TAU / speed), ..Options::default() };
-        let outcome = by_name("dop853").unwrap().integrate(&mut system, &mut [0.0], &span, &options).unwrap();
-        let Status::StoppedEarly { reason: StopReason::Event, t } = outcome.status else { panic!("{k}: not stopped") };
-        assert!(t < 1e-8, "{k}: stopped at {t}");
-    }
-}
-
 /// What rises behind a stop is looked at as it is before that.
 #[test]
 fn what_is_just_below_zero_does_not_hide_another_stop() {
