@@ -134,11 +134,17 @@ impl Stops {
                 return Ok(Verdict::Before);
             }
             let place = to.0;
-            let share = self.locate(run, step, from, to)?;
+            let mut share = self.locate(run, step, from, to)?;
+            if place == 1.0 && (1.0 - share) * step.h <= run.smallest_step() {
+                match self.dip_before_end(run, step)? {
+                    Some((from, to)) => share = self.locate(run, step, from, to)?,
+                    None => return Ok(Verdict::End),
+                }
+            }
             if share * step.h <= run.smallest_step() {
                 return Ok(Verdict::Before);
             }
-            if place == 1.0 && (1.0 - share) * step.h <= run.smallest_step() || self.tries >= MOST_TRIES {
+            if self.tries >= MOST_TRIES {
                 return Ok(Verdict::End);
             }
             self.tries += 1;
@@ -206,6 +212,38 @@ impl Stops {
         }
         // Earlier in the step than it was looked at for this.
         std::mem::swap(&mut self.least, &mut self.least_at_end);
+        let passage = self.first_dip(run, step, places, compared)?;
+        if passage.is_none() {
+            self.values.copy_from_slice(&places[PLACES.len()].1);
+            std::mem::swap(&mut self.least, &mut self.least_at_end);
+        }
+        Ok(passage)
+    }
+
+    /// The same where a quantity has just become negative at the end of a step, and at none of the places before it.
+    fn dip_before_end(
+        &mut self,
+        run: &mut Run<'_>,
+        step: &Interpolation<'_>,
+    ) -> Result<Option<(Place, Place)>, Trouble> {
+        self.look_at(run, step, 1.0)?;
+        self.values.iter_mut().zip(&self.least).for_each(|(value, least)| *value = value.max(*least));
+        let mut looked = std::mem::take(&mut self.looked);
+        let (places, compared) = &mut looked;
+        keep(&mut places[PLACES.len()], 1.0, &self.values);
+        let passage = self.first_dip(run, step, places, compared);
+        self.looked = looked;
+        passage
+    }
+
+    /// The same between five places at which nothing is negative.
+    fn first_dip(
+        &mut self,
+        run: &mut Run<'_>,
+        step: &Interpolation<'_>,
+        places: &Places,
+        compared: &mut Compared,
+    ) -> Result<Option<(Place, Place)>, Trouble> {
         self.least.copy_from_slice(&self.least_at_start);
         let mut halves = Vec::new();
         let mut looks = 0;
@@ -215,14 +253,10 @@ impl Stops {
         {
             passage = self.dip(run, step, &half, compared, (&mut halves, &mut looks))?;
         }
-        if passage.is_none() {
-            self.values.copy_from_slice(&places[PLACES.len()].1);
-            std::mem::swap(&mut self.least, &mut self.least_at_end);
-        }
         Ok(passage)
     }
 
-    /// The same between five places at which nothing is negative; halves that are still to be looked at are added.
+    /// The same as far as it shows at once; halves that are still to be looked at are added.
     fn dip(
         &mut self,
         run: &mut Run<'_>,
