@@ -152,7 +152,8 @@ impl Prepared {
         }
         let limits = AuditLimits::belonging_to(tolerance, session.has_fixed_steps());
         system.bound_energy_of_steps(limits.energy);
-        if fixed_step.is_none() {
+        // Determined motions are found by these corrections, from a guess.
+        if fixed_step.is_none() && !session.determined {
             system.bound_corrections(JUMP.max(JUMP_OVER_TOLERANCE * tolerance));
         }
         if !session.pruning.on_demand {

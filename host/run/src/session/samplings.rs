@@ -66,10 +66,8 @@ impl Sink for Samplings {
     }
 
     fn step(&mut self, _: f64) -> Flow {
-        match &mut self.asked {
-            Some(asked) if asked() => Flow::Stop,
-            _ => Flow::Continue,
-        }
+        let ends = self.asked.as_mut().is_some_and(|asked| asked());
+        if ends { Flow::Stop } else { Flow::Continue }
     }
 }
 
