@@ -23,6 +23,7 @@
 //! | `versions.rs` | libraries of earlier and later versions of the contract run, whatever they were built with |
 //! | `hostile.rs` | what may come from anywhere is refused in words: scenes, tables, equations, files of libraries |
 //! | `stubborn.rs` | elements that do not come back, recurse for ever, or give what is no number |
+//! | `authors.rs` | mistakes of authors that only a run shows end it, or make it suspect, with the name of the element |
 //! | `opaque.rs` | elements that are called at run time move as recorded ones do |
 //! | `stress.rs` | the numerical stress suite passes in its short form, and a broken bound is reported |
 //! | `runs.rs` | runs that are saved and brought back give the same bytes |
@@ -74,6 +75,7 @@
 
 mod allocations;
 mod analyses;
+mod authors;
 mod benchmarks;
 mod book;
 mod broken_scenes;

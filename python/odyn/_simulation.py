@@ -117,6 +117,8 @@ class Simulation:
         odyn.Error
             A time that has passed or is beyond the end; a motion that cannot go on: the simulation then is at the last time
             that is good.
+        KeyboardInterrupt
+            Ctrl-C: the simulation then is at its last step, from where it can be advanced.
         """
         self._inner.advance(t)
         return self

@@ -1,6 +1,7 @@
 //! [`Simulation`]: a scene that is stepped from outside.
 
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Instant;
 
 use odyn::session::{self, SessionError};
 use pyo3::exceptions::PyValueError;
@@ -10,12 +11,14 @@ use pyo3::types::PyBytes;
 use crate::array::Array;
 use crate::error;
 use crate::model::Model;
-use crate::work::beside;
+use crate::work::{GLANCE, beside};
 
 /// A scene in motion, advanced as far as is wanted.
 #[pyclass(frozen, module = "odyn._odyn")]
 pub(crate) struct Simulation {
     run: Mutex<session::Run<'static>>,
+    /// What Ctrl-C raised during an advance.
+    raised: Arc<Mutex<Option<PyErr>>>,
 }
 
 /// A simulation at one of its times.
@@ -45,7 +48,10 @@ impl Simulation {
     #[new]
     fn start(py: Python<'_>, model: &Model) -> PyResult<Self> {
         let started = beside(py, None, false, |_| model.session()?.prepare()?.start())?;
-        Ok(Self { run: Mutex::new(started.map_err(|error| error::of_session(py, &error))?) })
+        let mut run = started.map_err(|error| error::of_session(py, &error))?;
+        let raised = Arc::new(Mutex::new(None));
+        run.end_when(interrupts(Arc::clone(&raised)));
+        Ok(Self { run: Mutex::new(run), raised })
     }
 
     /// The time.
@@ -62,7 +68,11 @@ impl Simulation {
 
     /// Goes on to a time.
     fn advance(&self, py: Python<'_>, t: f64) -> PyResult<()> {
-        self.with(py, |run| run.advance(t))
+        let done = self.with(py, |run| run.advance(t));
+        match self.raised.lock().unwrap_or_else(PoisonError::into_inner).take() {
+            Some(raised) => Err(raised),
+            None => done,
+        }
     }
 
     /// Names of the inputs.
@@ -112,6 +122,23 @@ impl Simulation {
             Ok((Array::list(samples.times.to_vec()), samples.columns.iter().cloned().map(Array::list).collect()))
         })
     }
+}
+
+/// Looks at Ctrl-C now and then, and keeps what it raises.
+fn interrupts(raised: Arc<Mutex<Option<PyErr>>>) -> Box<dyn FnMut() -> bool + Send> {
+    let mut looked = Instant::now();
+    Box::new(move || {
+        if looked.elapsed() < GLANCE {
+            return false;
+        }
+        let seen = Python::attach(|py| py.check_signals()).err();
+        looked = Instant::now();
+        let ends = seen.is_some();
+        if ends {
+            *raised.lock().unwrap_or_else(PoisonError::into_inner) = seen;
+        }
+        ends
+    })
 }
 
 impl Simulation {

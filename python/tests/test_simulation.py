@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import pickle
+import subprocess
+import sys
 
 import numpy
 import odyn
@@ -105,3 +107,24 @@ def test_systems_refuse_what_has_a_memory():
     system = odyn.load(text=PENDULUM).system()
     with pytest.raises(odyn.Error, match="finite numbers"):
         system.f(0.0, [1.0])
+
+
+INTERRUPTED = """
+import os, signal, sys, threading
+import odyn
+
+simulation = odyn.load(sys.argv[1]).set({"simulation.t_end": 9e6, "simulation.output_step": 9e5}).simulation()
+threading.Timer(0.5, os.kill, (os.getpid(), signal.SIGINT)).start()
+try:
+    simulation.advance(9e6)
+except KeyboardInterrupt:
+    t = simulation.t
+    print("interrupted", 0 < t < 9e6, simulation.advance(t + 1).t == t + 1)
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals of Unix")
+def test_ctrl_c_ends_an_advance_at_a_step():
+    path = ROOT / "scenes" / "compressor.toml"
+    done = subprocess.run([sys.executable, "-c", INTERRUPTED, path], capture_output=True, text=True, timeout=120, check=False)
+    assert done.stdout.splitlines() == ["interrupted True True"], done.stdout + done.stderr

@@ -300,6 +300,11 @@ pub trait Formulation: Send {
     /// # Errors
     /// See [`AnalysisError`].
     fn project(&mut self, t: f64, state: &mut [f64]) -> Result<(), AnalysisError>;
+    /// Refuses from now on to bring positions back that are off by more than this share of the scene's size: after a step with
+    /// error control that is no error of the step, but a row that jumps.
+    fn bound_corrections(&mut self, share: f64) {
+        let _ = share;
+    }
     /// Whether there is nothing that states could be off: [`Formulation::project`] leaves them as they are.
     fn is_free(&self) -> bool {
         false

@@ -38,6 +38,8 @@ pub(super) struct Motion {
     pub(super) rates: Vec<f64>,
     /// Take the step under way with care, see [`APPROACH`].
     pub(super) careful: bool,
+    /// Violations of positions beyond this share of the scene's size are not corrected, see [`super::Formulation::bound_corrections`].
+    pub(super) most_off: f64,
     /// Whether the correction solved last went through the rank-safe engine.
     pub(super) corrected_safely: bool,
     /// Rank and pivot ratio of the rank-safe engine at the start.
@@ -145,6 +147,7 @@ impl Motion {
             accelerations: vec![0.0; coordinates.columns],
             rates: vec![0.0; layout.states + 1],
             careful: false,
+            most_off: f64::INFINITY,
             corrected_safely: false,
             at_start,
             planned: at_start,

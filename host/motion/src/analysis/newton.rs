@@ -45,7 +45,7 @@ fn project_positions<F: Engines>(
 ) -> Result<(), AnalysisError> {
     let length = form.motion().length;
     let mut again = !keep_away;
-    for _ in 0..MOST_CORRECTIONS {
+    for correction in 0..MOST_CORRECTIONS {
         form.motion_mut().load(t, state);
         let (violation, row) = form.correct_positions(!keep_away)?;
         if keep_away && violation.is_finite() && form.motion().corrected_safely && form.is_singular(NEAR_SINGULAR) {
@@ -53,6 +53,10 @@ fn project_positions<F: Engines>(
         }
         if !violation.is_finite() {
             return Err(AnalysisError::NotFinite { what: format!("constraint {}", form.motion().row_name(row)) });
+        }
+        if keep_away && correction == 0 && violation > form.motion().most_off * length {
+            let what = form.motion().row_name(row);
+            return Err(AnalysisError::LeftConstraints { what, violation: violation / length });
         }
         if keep_away && violation <= ROUND_OFF * length {
             return Ok(());

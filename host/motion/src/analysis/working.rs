@@ -235,6 +235,10 @@ impl Formulation for WorkingForm {
         passage::rates(self, t, state, rates)
     }
 
+    fn bound_corrections(&mut self, share: f64) {
+        self.motion.most_off = share;
+    }
+
     fn project(&mut self, t: f64, state: &mut [f64]) -> Result<(), AnalysisError> {
         passage::project(self, t, state)
     }

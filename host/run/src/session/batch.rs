@@ -78,6 +78,7 @@ impl Session {
             islands => session.judge_apart(summary, islands),
         }
         let judged = session.judge_contacts(summary, &mut samplings);
+        session.judge_outputs(summary, &samplings);
         session.warn_of_elements(summary);
         let checks = session.evaluate(summary, &samplings);
         summary.wall_time_s = before + session.load_time + session.compile_time + started.elapsed().as_secs_f64();

@@ -7,6 +7,7 @@ use crate::integrate::{IntegrateError, Status, StopReason};
 use crate::model::Body;
 use crate::program::{Equations, Expr, Node, Program};
 use crate::results::significant;
+use element_api::descriptor::Kind;
 
 /// Ratio of masses from which on they are named where a run ends.
 const FAR_APART: f64 = 1e6;
@@ -25,7 +26,10 @@ impl Session {
         let wanted = self.results_of_elements();
         let nodes: Vec<Node> = wanted.iter().map(|one| one.node).collect();
         let values = self.values(&nodes, inputs)?;
-        let (one, _) = wanted.iter().zip(&values).find(|(_, value)| !value.is_finite())?;
+        // Operations come after their operands: of an element and what takes its signals as they are, or not, it is the element.
+        let takes = |element: usize| self.model.elements[element].class.kind != Kind::Control;
+        let not_finite = wanted.iter().zip(&values).filter(|(_, value)| !value.is_finite());
+        let (one, _) = not_finite.min_by_key(|(one, _)| (one.node, takes(one.element)))?;
         let instance = &self.model.elements[one.element];
         let operation = self.first_not_finite(one.node, inputs).map_or_else(String::new, |text| format!(" ({text})"));
         let functions = self.functions_of(&instance.name);
@@ -54,7 +58,7 @@ impl Session {
         })
     }
 
-    /// Conditions on unknowns, loads, rates of states and values of all elements.
+    /// Conditions on unknowns, rows with their derivatives, limits, loads, rates of states and values of all elements.
     fn results_of_elements(&self) -> Vec<Wanted> {
         let (equations, layout) = (&self.equations, &self.plan.layout);
         let mut wanted = Vec::new();
@@ -63,6 +67,20 @@ impl Session {
             let names = (0..solved.unknowns.len()).map(|k| unknown_name(&self.model.elements[element].class, k));
             let what = format!("a condition on the internal unknown `{}`", names.collect::<Vec<_>>().join("`, `"));
             wanted.extend(solved.conditions.iter().map(|node| Wanted { element, what: what.clone(), node: *node }));
+        }
+        let named = |row: usize| {
+            let (element, k) = layout.element_of_row(row);
+            (element, self.model.elements[element].row(k))
+        };
+        for (number, row) in equations.rows.iter().enumerate() {
+            let (element, name) = named(number);
+            wanted.push(Wanted { element, what: format!("the row `{name}`"), node: row.value });
+            let what = format!("a derivative of the row `{name}`");
+            wanted.extend(row.jacobian.iter().map(|(_, node)| Wanted { element, what: what.clone(), node: *node }));
+        }
+        for friction in &equations.frictions {
+            let (element, name) = named(friction.rows[0]);
+            wanted.push(Wanted { element, what: format!("the limit of the row `{name}`"), node: friction.limit });
         }
         for (element, instance) in self.model.elements.iter().enumerate() {
             let own = &equations.elements[element];
@@ -88,10 +106,6 @@ impl Session {
     }
 
     fn values(&self, nodes: &[Node], inputs: &[f64]) -> Option<Vec<f64>> {
-        // Opaque elements have moved into the run by now.
-        if self.model.sets.is_empty() && !self.equations.graph.calls.is_empty() {
-            return None;
-        }
         let program = Program::compile(&self.equations.graph, nodes);
         let mut values = vec![0.0; nodes.len()];
         // An element that fails is reported as such.

@@ -118,6 +118,24 @@ impl Session {
         Ok(())
     }
 
+    /// Notes outputs with values that are not finite: the motion does not depend on them, and whoever reads the table does.
+    pub(super) fn judge_outputs(&self, summary: &mut Summary, samplings: &Samplings) {
+        let unit = self.scene.units.label(Dimension::TIME);
+        for (channel, column) in samplings.channels.iter().zip(&samplings.columns) {
+            let Some(first) = column.iter().position(|value| !value.is_finite()) else { continue };
+            let (count, all) = (column.iter().filter(|value| !value.is_finite()).count(), column.len());
+            let at = significant(samplings.taken[first], 6);
+            let reason = format!(
+                "the output `{}` is not a finite number in {count} of {all} rows, first at t = {at} {unit}",
+                channel.name
+            );
+            match summary.audit_limits {
+                Some(_) => summary.suspect(codes::OUTPUT_NOT_FINITE, &reason),
+                None => summary.warnings.push(format!("{}: {reason}", codes::OUTPUT_NOT_FINITE)),
+            }
+        }
+    }
+
     /// The row, or the body, where a measure of this scene's audit is worst.
     fn blamed(&self, measure: Measure, audit: &Audit) -> Option<String> {
         match measure {

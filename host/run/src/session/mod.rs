@@ -43,6 +43,7 @@
 //! | `figures.rs`, `checks.rs` | the figures and checks of a scene on its samples |
 //! | `judge.rs` | whether the audit lets the results pass |
 //! | `elements.rs` | what elements say of a run, and how far their conditions held |
+//! | `repeats.rs` | whether elements that are called are functions |
 //! | `culprit.rs` | which element gives what is not a number |
 //! | `met.rs` | points of an element that have come together |
 //! | `outcome.rs` | what a run gives |
@@ -86,6 +87,7 @@ mod place;
 mod precise;
 mod prepared;
 mod prune;
+mod repeats;
 mod report;
 mod restart;
 mod right_side;

@@ -13,6 +13,7 @@ use super::opened::{Beginning, Session};
 use super::options::{ISLANDS, RunOptions, STARTS, one_of};
 use super::picture::check_meshes;
 use super::prune::{allowed, is_determined};
+use super::repeats::refuse_whims;
 use crate::analysis::{self, Assembly, AssemblyError, assemble, assemble_from, idle_axes};
 use crate::catalog::Catalog;
 use crate::diagnostics::{Diagnostic, Source, codes};
@@ -164,6 +165,7 @@ impl Session {
             equations = written(&model, &layout, for_tree);
             assembly = assembled(&equations, &model)?;
         }
+        refuse_whims(&scene, &model, &equations.graph, &analysis::start_inputs(&layout, t, &assembly))?;
         warnings.extend(assembly_warnings(&assembly, &scene)?);
         warnings.extend(super::started::warning(&assembly, &scene));
         warnings.extend(distance_warning(&assembly, &scene, &model));

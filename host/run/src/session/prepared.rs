@@ -15,6 +15,11 @@ use crate::analysis::Formulation;
 use crate::integrate::{Integrator, Kinematic, Options};
 use crate::results::AuditLimits;
 
+/// Positions that are off by this share of the scene's size behind a step with error control are no error of the step, but rows that
+/// jump; or by so many tolerances, where that is more.
+const JUMP: f64 = 1e-4;
+const JUMP_OVER_TOLERANCE: f64 = 1e4;
+
 /// What a run is made with.
 struct Setup {
     engine: String,
@@ -147,6 +152,10 @@ impl Prepared {
         }
         let limits = AuditLimits::belonging_to(tolerance, session.has_fixed_steps());
         system.bound_energy_of_steps(limits.energy);
+        // Determined motions are found by these corrections, from a guess.
+        if fixed_step.is_none() && !session.determined {
+            system.bound_corrections(JUMP.max(JUMP_OVER_TOLERANCE * tolerance));
+        }
         if !session.pruning.on_demand {
             system.solve_at_samples();
         }

@@ -29,7 +29,10 @@ impl Prepared {
             let diagnostic = Diagnostic::error(codes::UNKNOWN_METHOD, reason).help(help);
             return Err(SessionError::one(&self.session().scene.source, diagnostic));
         }
-        Ok(RightSide { run: self.start()? })
+        let mut run = self.start()?;
+        // States come from outside, and may be off by as much as they like.
+        run.system.bound_corrections(f64::INFINITY);
+        Ok(RightSide { run })
     }
 }
 

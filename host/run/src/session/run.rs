@@ -395,6 +395,7 @@ impl<'a> Run<'a> {
         };
         let judged = session.judge_contacts(&mut summary, &mut samplings);
         judged.map_err(|error| session.files_error(&error))?;
+        session.judge_outputs(&mut summary, &samplings);
         let checks = session.evaluate(&mut summary, &samplings);
         failed.map_or(Ok(samplings.report(summary, checks)), Err)
     }
@@ -449,6 +450,7 @@ impl<'a> Run<'a> {
             state,
             carried: self.system.carried(),
         };
+        self.session.model.sets = self.system.lend_sets();
         (self.session, ended, self.system.into_rows())
     }
 

@@ -6,7 +6,9 @@ use super::error::SessionError;
 use super::opened::Session;
 use super::outcome::RunReport;
 use super::restart::Restart;
+use super::run::Run;
 use super::sink::Sink;
+use crate::integrate::Flow;
 use crate::results::{
     ChannelInfo, CheckResult, Event, Events, Folder, Kept, RESULTS_FILE, ResultsError, Summary, Table,
 };
@@ -29,6 +31,18 @@ pub(super) struct Samplings {
     pub(super) events: Events,
     /// Why a row could not be written.
     pub(super) error: Option<ResultsError>,
+    /// See [`Run::end_when`].
+    asked: Option<Box<dyn FnMut() -> bool + Send>>,
+}
+
+impl Run<'_> {
+    /// Asks behind every step, from the thread that computes, whether to end there. An advance that ends so fails, and the run is at
+    /// its last step, from where it can be advanced. Nothing is asked of a run with a sink, which is told of its steps.
+    pub fn end_when(&mut self, asked: Box<dyn FnMut() -> bool + Send>) {
+        if let Rows::Kept(rows) = self.system.rows_taken_mut() {
+            rows.asked = Some(asked);
+        }
+    }
 }
 
 impl Sink for Samplings {
@@ -49,6 +63,11 @@ impl Sink for Samplings {
     fn event(&mut self, event: &Event) -> std::io::Result<()> {
         let written = self.events.take(event);
         self.told(written)
+    }
+
+    fn step(&mut self, _: f64) -> Flow {
+        let ends = self.asked.as_mut().is_some_and(|asked| asked());
+        if ends { Flow::Stop } else { Flow::Continue }
     }
 }
 
@@ -168,6 +187,7 @@ impl Session {
             taken: Vec::with_capacity(times.len()),
             events: Events::default(),
             error: None,
+            asked: None,
             folder: None,
             first: 0,
             time: time_column(&self.scene.units),

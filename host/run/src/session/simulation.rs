@@ -160,6 +160,8 @@ pub(super) struct Simulation<'a> {
     remedies: u64,
     /// Share of the largest energy that moved by which a step with remedies may miss the balance of energies.
     energy_limit: f64,
+    /// See [`Simulation::bound_corrections`].
+    most_off: f64,
     /// Violations are looked at in one of so many.
     period: u64,
     /// Number of quantities that are reported; `report` has the energies behind them, to audit samples. Not where constraints
@@ -276,6 +278,7 @@ impl<'a> Simulation<'a> {
             contradictions: 0,
             remedies: 0,
             energy_limit: f64::INFINITY,
+            most_off: f64::INFINITY,
             particles: particles(model),
             thin: thin(model),
             largest_kinetic: 0.0,
@@ -408,6 +411,12 @@ impl<'a> Simulation<'a> {
     /// Refuses steps in which remedies acted and that miss the balance of energies by more than this share of what moved.
     pub(super) fn bound_energy_of_steps(&mut self, limit: f64) {
         self.energy_limit = limit;
+    }
+
+    /// Takes positions that are off by more than this share of the scene's size for rows that jump, not for errors of steps.
+    pub(super) fn bound_corrections(&mut self, share: f64) {
+        self.most_off = share;
+        self.formulation.bound_corrections(share);
     }
 
     /// Looks at all bodies and the violation of all rows in every accepted state.

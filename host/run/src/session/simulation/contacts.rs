@@ -352,6 +352,7 @@ impl Simulation<'_> {
         touch.others.push((was, std::mem::replace(&mut self.values, values)));
         self.row_right.resize(self.rows.rows.len(), 0.0);
         self.formulation.forget(working);
+        self.formulation.bound_corrections(self.most_off);
         self.tell_discrete();
         self.remedies = self.formulation.counters().remedies();
     }
