@@ -35,6 +35,9 @@ pub struct Restart {
     pub references: Vec<f64>,
     /// Discrete element states.
     pub discrete: Vec<f64>,
+    /// What the scene gave its inputs, SI: where a scene gives another value now, that is meant, and not what the input had.
+    #[serde(default)]
+    pub given: Vec<f64>,
     /// Private memories of opaque elements: name and bytes.
     pub memories: Vec<(String, Vec<u8>)>,
 }
@@ -51,6 +54,7 @@ impl Restart {
             working,
             references: references.to_vec(),
             discrete: discrete.to_vec(),
+            given: model.inputs.iter().map(|input| input.value).collect(),
             memories: Vec::new(),
         }
     }
