@@ -9,8 +9,8 @@ use crate::diagnostics::{Diagnostic, codes};
 use crate::model::Model;
 use crate::results::{ResultsError, STATE_FILE, replace, seal, unseal};
 
-/// What this version writes. 2: a checksum at its end.
-const FORMAT: u32 = 2;
+/// What this version writes. 2: a checksum at its end; 3: what the scene gave its inputs.
+const FORMAT: u32 = 3;
 
 /// The version of a record.
 #[derive(Deserialize)]
@@ -36,7 +36,6 @@ pub struct Restart {
     /// Discrete element states.
     pub discrete: Vec<f64>,
     /// What the scene gave its inputs, SI: where a scene gives another value now, that is meant, and not what the input had.
-    #[serde(default)]
     pub given: Vec<f64>,
     /// Private memories of opaque elements: name and bytes.
     pub memories: Vec<(String, Vec<u8>)>,
