@@ -41,6 +41,7 @@
 //! | `events.rs` | steps end where equations switch: less work, the same results |
 //! | `digits.rs` | digits that are said to be certain are; references with more digits than doubles |
 //! | `analyses.rs` | equilibria, modes and linear models: closed forms, and differences in either formulation |
+//! | `orientations.rs` | Euler parameters as signals: modes, linear models, kinematics, inverse dynamics against closed forms |
 //! | `closed_forms.rs` | derivatives of verification scenes are those of the closed forms that these state |
 //! | `sensitivities.rs` | derivatives by numbers of scenes: closed forms, both formulations, through contacts |
 //! | `fits.rs` | numbers from measurements: known ones are found within their intervals, what is open is named |
@@ -116,6 +117,7 @@ mod mechanisms;
 mod methods;
 mod motion;
 mod opaque;
+mod orientations;
 mod piles;
 mod plugins;
 mod prescribed;

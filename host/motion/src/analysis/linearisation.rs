@@ -14,7 +14,7 @@
 use super::formulation::{AnalysisError, Entries};
 use super::motion::parameter_rates;
 use crate::plan::{Coordinates, Layout};
-use crate::program::{Equations, Graph, JointEquations, Node, Row, Seeds, Sets, Tangents, Used};
+use crate::program::{Equations, Graph, JointEquations, Node, Row, Seeds, Sets, Tangents, Used, turned_parameters};
 
 /// Time to prepare the derivatives, ns per operation of the equations. Measured.
 pub(super) const PREPARATION: f64 = 300.0;
@@ -277,5 +277,8 @@ pub(super) fn seeds(
         seeds.insert(row[last], g.neg(row[next]));
         seeds.insert(row[k], zero);
     }
+    // Orientations that are signals are seen as they are.
+    let parameters: [Node; 4] = std::array::from_fn(|e| g.input(coordinates.slot_of(rotation.position + e)));
+    seeds.extend(parameters.into_iter().zip(turned_parameters(g, &parameters)[k]));
     seeds
 }

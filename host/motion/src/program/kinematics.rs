@@ -143,6 +143,13 @@ pub(super) fn g_matrix(g: &mut Graph, p: &[Node; 4]) -> [[Node; 4]; 3] {
     [[n1, e0, e3, n2], [n2, n3, e0, e1], [n3, e2, n1, e0]]
 }
 
+/// How the Euler parameters change where the body turns about each of its axes: dp = G^T dpi' / 2 (Haug 1989, eq. 9.3.32 for small
+/// turns).
+pub fn turned_parameters(g: &mut Graph, p: &[Node; 4]) -> [[Node; 4]; 3] {
+    let half = g.constant(0.5);
+    g_matrix(g, p).map(|row| row.map(|entry| g.mul(half, entry)))
+}
+
 pub(super) fn transposed(m: &[[Node; 4]; 3]) -> [V3; 4] {
     std::array::from_fn(|k| [m[0][k], m[1][k], m[2][k]])
 }

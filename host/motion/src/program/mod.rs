@@ -73,7 +73,7 @@ pub use coupling::{CoupledInput, Dependence};
 pub use equations::{ElementEquations, Equations, Form, FrameLoad, Row};
 pub use inertia::ElementMass;
 pub use joint::{JointEquations, JointPose};
-pub use kinematics::BodyNodes;
+pub use kinematics::{BodyNodes, turned_parameters};
 pub use projection::Projecting;
 pub use rate_sizes::{RateSizes, sizes_of_forces};
 pub use reactions::{Reactions, Working};

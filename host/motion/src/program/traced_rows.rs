@@ -5,7 +5,7 @@ use std::sync::Arc;
 use odyn_graph::{Below, Node, Seeds, V3, derivatives, derivatives_among};
 
 use super::equations::{Equations, Form, Row};
-use super::kinematics::entries;
+use super::kinematics::{entries, transposed, turned_parameters};
 use crate::plan::Layout;
 
 impl Equations {
@@ -106,7 +106,8 @@ impl Equations {
                 // A rotation dpi' about the body axis k: dA = A e_k~.
                 let axis: V3 = std::array::from_fn(|i| if i == k - 3 { one } else { zero });
                 let rate = g.times_skew(&nodes.a, axis);
-                Seeds::from_iter(entries(&nodes.a).zip(entries(&rate)))
+                let parameters = turned_parameters(g, &nodes.p)[k - 3];
+                entries(&nodes.a).zip(entries(&rate)).chain(nodes.p.into_iter().zip(parameters)).collect()
             }
             Form::Reference => Seeds::from_iter([(nodes.p[k - 3], one)]),
         }
@@ -122,8 +123,11 @@ impl Equations {
             seeds.extend(nodes.r.iter().copied().zip(nodes.v));
             match self.form {
                 Form::Working => {
-                    let rate = self.graph.times_skew(&nodes.a, nodes.w);
+                    let g = &mut self.graph;
+                    let rate = g.times_skew(&nodes.a, nodes.w);
                     seeds.extend(entries(&nodes.a).zip(entries(&rate)));
+                    let about = transposed(&turned_parameters(g, &nodes.p));
+                    seeds.extend(nodes.p.into_iter().zip(about.map(|along| g.dot3(along, nodes.w))));
                 }
                 Form::Reference => seeds.extend(nodes.p.iter().copied().zip(nodes.p_rate)),
             }

@@ -10,12 +10,13 @@ use crate::catalog::sha256;
 use crate::diagnostics::{Diagnostic, codes};
 
 impl Session {
-    /// Goes on from where another run of the scene ended, instead of from the scene's start.
+    /// Goes on from where another run of the scene ended, instead of from the scene's start. Inputs have the values that they had
+    /// there, those that the scene gives another value than it did then have that one.
     ///
     /// # Errors
     /// A state of other bodies or elements; one that is not before the scene's end; an opaque element that refuses its
     /// memory.
-    pub fn go_on_from(&mut self, state: Restart) -> Result<(), SessionError> {
+    pub fn go_on_from(&mut self, mut state: Restart) -> Result<(), SessionError> {
         let names: Vec<&str> = self.model.elements.iter().map(|element| element.name.as_str()).collect();
         let bodies: Vec<&str> = self.model.bodies.iter().map(|body| body.name.as_str()).collect();
         let layout = &self.plan.layout;
@@ -41,6 +42,13 @@ impl Session {
             return refuse(message, "give a later end: --t-end");
         }
         self.load_memories(&state.memories)?;
+        // An input keeps the value that it had, but where the scene has been given another one since.
+        let inputs = state.discrete[self.plan.layout.given_at..].iter_mut().zip(&self.model.inputs);
+        for ((had, input), given) in inputs.zip(&mut state.given) {
+            if *given != input.value {
+                (*had, *given) = (input.value, input.value);
+            }
+        }
         self.assembly.chosen.clear();
         (self.begins.time, self.begins.sampled_from) = (state.time, state.time);
         self.assembly.working.clone_from(&state.working);

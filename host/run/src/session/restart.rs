@@ -9,8 +9,8 @@ use crate::diagnostics::{Diagnostic, codes};
 use crate::model::Model;
 use crate::results::{ResultsError, STATE_FILE, replace, seal, unseal};
 
-/// What this version writes. 2: a checksum at its end.
-const FORMAT: u32 = 2;
+/// What this version writes. 2: a checksum at its end; 3: what the scene gave its inputs.
+const FORMAT: u32 = 3;
 
 /// The version of a record.
 #[derive(Deserialize)]
@@ -35,6 +35,8 @@ pub struct Restart {
     pub references: Vec<f64>,
     /// Discrete element states.
     pub discrete: Vec<f64>,
+    /// What the scene gave its inputs, SI: where a scene gives another value now, that is meant, and not what the input had.
+    pub given: Vec<f64>,
     /// Private memories of opaque elements: name and bytes.
     pub memories: Vec<(String, Vec<u8>)>,
 }
@@ -51,6 +53,7 @@ impl Restart {
             working,
             references: references.to_vec(),
             discrete: discrete.to_vec(),
+            given: model.inputs.iter().map(|input| input.value).collect(),
             memories: Vec::new(),
         }
     }

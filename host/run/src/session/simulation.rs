@@ -346,7 +346,7 @@ impl<'a> Simulation<'a> {
         duration: f64,
     ) -> Result<(), AnalysisError> {
         let slowest = self.scales.rest_speed(duration);
-        let mut load = 0.0;
+        let (mut load, mut shaken) = (0.0, [0.0; 2]);
         let length = self.scales.length;
         let is_slow = |scales: &Scales| scales.speed.max(scales.spin * length) <= NEAR_REST * slowest;
         let rests = is_slow(&self.scales);
@@ -356,10 +356,14 @@ impl<'a> Simulation<'a> {
                 let whole = (duration, length);
                 load = self.floor.largest_load(equations, model, (t, state), whole, self.formulation.as_mut())?;
             }
+            if rests {
+                // Where there is no answer, the first step will fail, too.
+                shaken = self.floor.shaken((t, state), self.formulation.as_mut()).unwrap_or(shaken);
+            }
             self.formulation.forget_since(&traces);
         }
         if rests {
-            self.floor.balance(load, model);
+            self.floor.balance(load, shaken, model);
         }
         self.scales.anticipate_rest(duration);
         let lightest = model.bodies.iter().map(|body| body.mass).reduce(f64::min).unwrap_or(0.0);

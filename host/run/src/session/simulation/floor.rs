@@ -5,10 +5,11 @@
 //! than this follows what is zero but for round-off, and there is nothing to resolve in it. An internal unknown is found at every
 //! instant, to round-off of the terms of its conditions whatever the step.
 
-use crate::analysis::{AnalysisError, Evaluator, Formulation, Scales};
+use crate::analysis::{AnalysisError, Evaluator, Formulation, Group, Scales};
 use crate::model::Model;
 use crate::plan::Layout;
 use crate::program::{Equations, RateSizes, sizes_of_forces};
+use odyn_numerics::draw::SplitMix64;
 
 /// Errors of rates, as a share of what these are made of, that count as round-off: 45 times that of one operation. A hundred times as
 /// much would show in true states at the tightest tolerances.
@@ -116,15 +117,48 @@ impl Floor {
         Ok(load)
     }
 
-    /// At rest accelerations are round-off of the forces that cancel in them, of this size, N. From here on [`Floor::of_speeds`] knows
-    /// that.
-    pub(super) fn balance(&mut self, load: f64, model: &Model) {
+    /// How far accelerations, m/s^2, and angular ones, rad/s^2, are off at a state where its positions are off by round-off: what is
+    /// stiff makes much of that, however small the forces are that it holds. Nothing of the question shows in what follows.
+    ///
+    /// # Errors
+    /// See [`AnalysisError`].
+    pub(super) fn shaken(
+        &self,
+        (t, y): (f64, &[f64]),
+        formulation: &mut dyn Formulation,
+    ) -> Result<[f64; 2], AnalysisError> {
+        let groups = formulation.groups().to_vec();
+        let (mut still, mut rates, mut moved) = (vec![0.0; y.len()], vec![0.0; y.len()], y.to_vec());
+        formulation.rates(t, y, &mut still)?;
+        let (mut draw, mut most) = (SplitMix64::new(1), [0.0_f64; 2]);
+        for _ in 0..TIMES {
+            for ((moved, y), group) in moved.iter_mut().zip(y).zip(&groups) {
+                if matches!(group, Group::Position | Group::Parameter) {
+                    *moved = y * (1.0 + ROUND_OFF * draw.either_way());
+                }
+            }
+            formulation.rates(t, &moved, &mut rates)?;
+            for ((rate, still), group) in rates.iter().zip(&still).zip(&groups) {
+                match group {
+                    Group::Velocity => most[0] = most[0].max((rate - still).abs()),
+                    Group::AngularVelocity => most[1] = most[1].max((rate - still).abs()),
+                    _ => {}
+                }
+            }
+        }
+        Ok(most.map(|rate| if rate.is_finite() { rate } else { 0.0 }))
+    }
+
+    /// At rest accelerations are round-off of the forces that cancel in them, of this size, N, and of positions ([`Floor::shaken`]). From
+    /// here on [`Floor::of_speeds`] knows that.
+    pub(super) fn balance(&mut self, load: f64, shaken: [f64; 2], model: &Model) {
         // Not by the mass of each: what holds a light body moves it with its neighbours.
         let mass: f64 = model.bodies.iter().map(|body| body.mass).sum();
         let turning = model.bodies.iter().filter(|body| !body.particle && body.thin.is_empty());
         let radius = turning.map(|body| (body.inertia.trace() / body.mass).sqrt()).fold(f64::INFINITY, f64::min);
         let size = load / mass;
-        self.at_rest = [size, size / radius].map(|size| if size.is_finite() { ROUND_OFF * size } else { 0.0 });
+        let cancelling = [size, size / radius].map(|size| if size.is_finite() { ROUND_OFF * size } else { 0.0 });
+        self.at_rest = [0, 1].map(|k| cancelling[k].max(shaken[k]));
     }
 
     /// What no error of a velocity, m/s, and of an angular one, rad/s, has to be below in the step under way.

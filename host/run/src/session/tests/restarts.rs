@@ -80,3 +80,25 @@ fn states_that_do_not_fit_are_refused() {
     let missing = Restart::read(std::path::Path::new("no such folder")).unwrap_err();
     assert!(missing.message.contains("cannot continue from"), "{missing:?}");
 }
+
+#[test]
+fn inputs_keep_what_they_had_unless_the_scene_gives_another_value() {
+    let pushed = |value: f64| {
+        wheel(4.0, "interpreted")
+            + &format!("[[input]]\nname = \"gust\"\nvalue = {value:?}\n")
+            + &output("gust", "quantity = \"input\"; of = \"gust\"")
+    };
+    let of_scene = open(&pushed(1.5));
+    let at = of_scene.plan.layout.given_at;
+    let assembly = &of_scene.assembly;
+    let mut left =
+        Restart::new(&of_scene.model, 2.0, assembly.working.clone(), &assembly.references, &assembly.discrete);
+    // What a program gave it while it ran.
+    left.discrete[at] = -4.0;
+    for (value, expected) in [(1.5, -4.0), (7.0, 7.0), (-4.0, -4.0)] {
+        let mut next = open(&pushed(value));
+        next.go_on_from(left.clone()).unwrap();
+        let found = next.run(None, Box::new(|_| ()), &Arc::default()).unwrap();
+        assert_eq!(column(&found, "gust")[0], expected, "{value}");
+    }
+}

@@ -1,0 +1,108 @@
+//! Euler parameters as signals: what small turns do to them is part of every derivative. A wheel that a torque -g e3 drives back,
+//! e3 = sin(phi / 2): I phi'' = -g sin(phi / 2).
+
+use odyn::analyses::inverse::inverse;
+use odyn::analyses::kinematics::{Drive, kinematics};
+use odyn::analyses::linear::Linear;
+use odyn::analyses::modes::{Modes, Stability};
+use odyn::analyses::prescribed::{Motion, quantity};
+use odyn::analyses::statics::equilibrium;
+
+use crate::support::open_text;
+
+const INERTIA: f64 = 0.1;
+const GAIN: f64 = 8.0;
+const ANGLE: f64 = 0.4;
+
+/// `close`: what turns it.
+fn wheel(close: &str) -> String {
+    format!(
+        r#"
+[plugins]
+libraries = ["joints", "forces"]
+[simulation]
+t_end = 1
+output_step = 0.1
+[[body]]
+name = "wheel"
+mass = 1
+inertia = [0.3, 0.3, {INERTIA}]
+orientation = {{ axis = [0, 0, 1], angle = {ANGLE} }}
+[[joint]]
+name = "bearing"
+type = "revolute"
+bodies = ["ground", "wheel"]
+frames = [{{ axis = [0, 0, 1] }}, {{ axis = [0, 0, 1] }}]
+[[output]]
+name = "e3"
+quantity = "orientation"
+of = "wheel"
+component = "e3"
+[[output]]
+name = "spin"
+quantity = "coordinate_rate"
+of = "bearing"
+{close}"#
+    )
+}
+
+fn driven_back() -> String {
+    wheel(&format!(
+        "[[force]]\nname = \"back\"\ntype = \"rotational-actuator\"\nbodies = [\"ground\", \"wheel\"]\naxis = [0, 0, 1]\n\
+         params.gain = -{GAIN}\ninputs = {{ signal = \"e3\" }}\n"
+    ))
+}
+
+#[test]
+fn what_follows_them_drives_back() {
+    let session = open_text(&driven_back(), &[]);
+    let rest = equilibrium(&session, &mut |_| ()).unwrap();
+    assert_eq!(rest.stability, Stability::Undamped, "{:?}", rest.modes);
+    let linear = Linear::at(&session, &rest.instant, Some(&[]), None).unwrap();
+    let found = Modes::of(&session, &linear).unwrap();
+    let (frequency, expected) = (found.modes[0].frequency, (GAIN / (2.0 * INERTIA)).sqrt() / std::f64::consts::TAU);
+    assert!((frequency - expected).abs() < 1e-12, "{frequency} {expected}");
+    // Newton's steps, and no creeping.
+    assert!(rest.steps < 60, "{}", rest.steps);
+}
+
+#[test]
+fn outputs_of_linear_models_follow_small_turns() {
+    let session = open_text(&wheel(""), &[]);
+    let at = open_text(&wheel(""), &[]).prepare().unwrap().start().unwrap().instant().unwrap();
+    let linear = Linear::at(&session, &at, None, None).unwrap();
+    // e3 by the coordinate, and the rate of the angle by the coordinate's rate, which has the same unit.
+    let ratio = linear.c[(0, 0)] / linear.c[(1, 1)];
+    assert!((ratio - 0.5 * (ANGLE / 2.0).cos()).abs() < 1e-15, "{ratio}");
+}
+
+#[test]
+fn mechanisms_carry_them_along() {
+    let session = open_text(&wheel(""), &[]);
+    let angle = quantity(&session, "bearing.angle").unwrap();
+    let over = kinematics(&session, &Drive::Over(angle, [0.0, 2.0], 9), &mut |_| ()).unwrap();
+    for (name, of) in [("e3'", (|x: f64| 0.5 * x.cos()) as fn(f64) -> f64), ("e3''", |x| -0.25 * x.sin())] {
+        let column = over.columns.iter().position(|port| port.name == name).unwrap();
+        for (place, value) in over.places.iter().zip(&over.values[column]) {
+            assert!((value - of(0.5 * place)).abs() < 1e-12, "{name} at {place}: {value}");
+        }
+    }
+}
+
+#[test]
+fn they_can_be_prescribed() {
+    let session = open_text(&wheel(""), &[]);
+    // phi = 0.4 + 0.3 t^2.
+    let times: Vec<f64> = (0..9).map(|k| f64::from(k) / 8.0).collect();
+    let nodes = times.iter().map(|t| {
+        let (half, rate) = (0.5 * (ANGLE + 0.3 * t * t), 0.3 * t);
+        [half.sin(), half.cos() * rate, half.cos() * 0.3 - half.sin() * rate * rate]
+    });
+    let motion = Motion::through(vec![quantity(&session, "e3").unwrap()], times.clone(), vec![nodes.collect()]);
+    let by = ["bearing.angle".to_owned()];
+    let found = inverse(&session, &motion, Some(&by), None, &mut |_| ()).unwrap_or_else(|error| panic!("{error}"));
+    for (k, t) in times.iter().enumerate() {
+        let torque = found.efforts[0][k];
+        assert!((torque - 0.6 * INERTIA).abs() < 1e-11, "{torque} at {t}");
+    }
+}
