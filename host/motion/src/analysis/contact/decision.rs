@@ -93,8 +93,12 @@ impl Decision<'_> {
         let mut closed = start.clone();
         closed.held.iter_mut().filter(|one| !one.moves).for_each(|one| one.direction = [0.0; 2]);
         closed.closed = self.candidates.iter().copied().filter(|k| self.meeting.gives_way(*k)).collect();
+        let all_hold = self.pivot(closed);
+        if let Some((choice, p)) = all_hold.clone().filter(|one| moving(one) == 0) {
+            return (choice, p, Vec::new());
+        }
         let mut all = vec![found];
-        all.extend(self.pivot(closed));
+        all.extend(all_hold);
         all.extend(self.choices(&start, FEW_CHOICES).filter_map(|choice| self.pivot(choice)));
         // Where all were tried: what is said to slide and does not move takes more than loads press with.
         if all.len() > 2 && all.iter().any(|one| !self.hides_rest(one)) {
