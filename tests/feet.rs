@@ -173,3 +173,85 @@ fn balls_in_a_plane_strike_alike_wherever_it_points() {
         }
     }
 }
+
+/// A cube of 0.8 kg and edges of 0.1 m that falls onto its corners, turned about the x axis by an angle, the corners in this order or the other.
+fn cube(
+    turn: Rotation3<f64>,
+    is_reversed: bool,
+    tilt: f64,
+    [velocity, spin]: [Vector3<f64>; 2],
+    params: &str,
+) -> String {
+    let mut corners: Vec<usize> = (0..8).collect();
+    if is_reversed {
+        corners.reverse();
+    }
+    let attitude = Rotation3::from_axis_angle(&Vector3::x_axis(), tilt);
+    let corner = |k: usize| {
+        let side = |bit: usize| if k & bit == 0 { -0.05 } else { 0.05 };
+        format!(
+            "[[joint]]\nname = \"corner{k}\"\ntype = \"plane-contact\"\nbodies = [\"ground\", \"cube\"]\n\
+             frames = [{{ position = [0, 0, 0], axis = {} }}, {{ position = {} }}]\nparams = {{ radius = 0, {params} }}\n",
+            list(turn * Vector3::z()),
+            list(turn * attitude * Vector3::new(side(1), side(2), side(4))),
+        )
+    };
+    let outputs = ["x", "y", "z"].map(|axis| {
+        format!("[[output]]\nname = \"{axis}\"\nquantity = \"position\"\nof = \"cube\"\ncomponent = \"{axis}\"\n")
+    });
+    head(&list(turn * Vector3::new(0.0, 0.0, -9.81)), 0.2)
+        + &format!(
+            "[[body]]\nname = \"cube\"\nmass = 0.8\ninertia = {:?}\nposition = {}\nvelocity = {}\nangular_velocity = {}\n",
+            [0.8 * 0.01 / 6.0; 3],
+            list(turn * Vector3::new(0.0, 0.0, 0.15)),
+            list(turn * velocity),
+            list(turn * spin),
+        )
+        + &corners.into_iter().map(corner).collect::<String>()
+        + &outputs.concat()
+}
+
+/// Where it ends, in axes that are not turned: in all axes, orders and coordinates.
+fn ends_of_cubes(tilt: f64, motion: [Vector3<f64>; 2], params: &str) -> Vec<Vector3<f64>> {
+    let mut ends = Vec::new();
+    for turn in frames() {
+        for is_reversed in [false, true] {
+            for formulation in ["joint", "cartesian"] {
+                let sets = [format!("simulation.formulation=\"{formulation}\"")];
+                let report = run(&cube(turn, is_reversed, tilt, motion, params), &[&sets[0]]);
+                let last = |name: &str| *column(&report, name).last().expect("samples");
+                ends.push(turn.inverse() * Vector3::new(last("x"), last("y"), last("z")));
+            }
+        }
+    }
+    ends
+}
+
+/// All four corners strike at once, and slide on together: as a particle does with friction.
+#[test]
+fn a_cube_that_falls_flat_goes_on_as_a_particle() {
+    let (g, mu) = (9.81, 0.2);
+    for slip in [Vector3::new(-0.68, 0.14, 0.0), Vector3::new(0.9, 0.9, 0.0)] {
+        let fall = Vector3::new(0.0, 0.0, -1.0);
+        let struck = ((1.0_f64 + 2.0 * g * 0.1).sqrt() - 1.0) / g;
+        let left = slip.norm() - mu * (1.0 + g * struck);
+        let slides = (0.2 - struck).min(left / (mu * g));
+        let way = slip.norm() * struck + left * slides - 0.5 * mu * g * slides * slides;
+        let expected = slip.normalize() * way + Vector3::new(0.0, 0.0, 0.05);
+        for end in ends_of_cubes(0.0, [slip + fall, Vector3::zeros()], "mu = 0.2, restitution = 0.0") {
+            assert!((end - expected).norm() < 1e-9, "{end} {expected}");
+        }
+    }
+}
+
+/// Two corners strike at once, first those of one edge, then those of the other: in a plane, whichever is first in the scene.
+#[test]
+fn a_cube_that_falls_on_an_edge_stays_in_its_plane() {
+    for params in ["mu = 0.9, restitution = 0.0", "mu = 0.2, restitution = 0.3", "restitution = 0.3"] {
+        let motion = [Vector3::new(0.0, 0.4, -1.0), Vector3::new(4.0, 0.0, 0.0)];
+        let ends = ends_of_cubes(0.4, motion, params);
+        for end in &ends {
+            assert!(end.x.abs() < 1e-9 && (end - ends[0]).norm() < 1e-9, "{params}: {end} {}", ends[0]);
+        }
+    }
+}

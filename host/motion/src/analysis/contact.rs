@@ -93,6 +93,12 @@ impl Gap {
         self.rate < -NO_SPEED * speed * self.size
     }
 
+    /// Whether it comes as fast as another, but for this difference, m/s.
+    #[must_use]
+    pub fn comes_with(&self, other: &Self, difference: f64) -> bool {
+        as_fast([self.rate, self.size], [other.rate, other.size], difference)
+    }
+
     /// Whether an impulse ends what slides although it cannot, where speeds are of this size: if it touches and does not part.
     #[must_use]
     pub fn grips(&self, speed: f64) -> bool {
@@ -115,6 +121,8 @@ pub struct Meeting {
     pub strikes: Vec<Strike>,
     /// Work of impulses so far on what moves, J: that of driven rows included.
     pub work: f64,
+    /// Those that struck together such that the motion depends on how they share the impulse, which rigid bodies leave open.
+    pub shared: Vec<Holder>,
     restitution: Vec<f64>,
     sizes: Vec<f64>,
     /// Delassus' matrix of bodies that all have the same mass: what rows have to do with each other, as a question of geometry.
@@ -294,6 +302,7 @@ impl Contacts {
             grips,
             strikes: Vec::new(),
             work: 0.0,
+            shared: Vec::new(),
             rows,
             first,
             delassus,
@@ -304,6 +313,12 @@ impl Contacts {
             jacobian,
         })
     }
+}
+
+/// Whether rates, each with the length of its gradient, are the same but for a difference, m/s: as they are, like those of feet of a table
+/// that falls flat, or relative to these lengths.
+fn as_fast([rate, size]: [f64; 2], [other, other_size]: [f64; 2], difference: f64) -> bool {
+    (rate - other).abs() <= difference * size || (rate / size - other / other_size).abs() <= difference
 }
 
 fn dot(entries: &[(usize, f64)], v: &[f64]) -> f64 {

@@ -53,9 +53,6 @@ impl Session {
             return Ok(());
         }
         let open = samplings.events.first(EventKind::Indeterminate)?;
-        if open.is_empty() {
-            return Ok(());
-        }
         // When the first of these parts of a load was open; all where no part is named.
         let since = |element: usize, part: Option<&str>| {
             let is_it = |[name, row]: &[String; 2]| {
@@ -105,11 +102,16 @@ impl Session {
             moved.extend(since.map(|time| (element.name.clone(), time)));
         }
         if let Some(time) = moved.iter().map(|(_, time)| *time).reduce(f64::min) {
-            let mut names: Vec<String> = moved.into_iter().map(|(name, _)| name).collect();
-            names.dedup();
+            let mut names: Vec<String> = Vec::new();
+            for (name, _) in moved {
+                if !names.contains(&name) {
+                    names.push(name);
+                }
+            }
             let reason = format!(
-                "loads of {} depend on reactions of contacts that rigid bodies do not determine (from {} on), and the motion with them: \
-                 one of many is computed; let three points carry instead of four, or give the contacts stiffness (`bump-stop`)",
+                "loads of {} depend on reactions of contacts that rigid bodies do not determine (from {} on), and the motion with them, or \
+                 it is one of several that contacts at rest allow: one of many is computed; let three points carry instead of four, or give the \
+                 contacts stiffness (`bump-stop`)",
                 in_quotes(&names),
                 at(time)
             );

@@ -19,8 +19,11 @@ const SETTLED: f64 = 1e-13;
 const ROUGHLY: f64 = 1e-7;
 /// How often pivoting may come back to what is closed and sticks.
 const MOST_RETURNS: usize = 10;
-/// Choices that are tried one by one.
+/// Choices that are tried one by one; and where one is known already: of two contacts in space, or three in a plane.
 const MOST_CHOICES: usize = 10_000;
+const FEW_CHOICES: usize = 64;
+/// By how much a motion is another, in accelerations that are none.
+const OTHERWISE: f64 = 1e3;
 
 /// What is to be decided: w = A p + b >= 0, p >= 0, p w = 0 for the candidates; for the rows that stick with one, w = 0 while it is
 /// closed; the law of friction for what is held.
@@ -78,17 +81,39 @@ impl Decision<'_> {
 
     /// What is at rest may be free to stay or to go: a bracket that its own weight jams on a pole presses with nothing while it falls.
     /// It stays: where what was found moves, the choice next to that in which all is closed and sticks is taken, if less moves with it. Only by
-    /// what loads press with: a wedge could hold whatever it is touched by.
-    pub(super) fn hold(&self, held: Vec<Held>, found: (Choice, DVector<f64>)) -> (Choice, DVector<f64>) {
+    /// what loads press with: a wedge could hold whatever it is touched by. Where there are few choices, all are tried. Gives the contacts
+    /// that move otherwise with another choice, too, if not all rests: nothing decides between them.
+    pub(super) fn hold(&self, held: Vec<Held>, found: (Choice, DVector<f64>)) -> (Choice, DVector<f64>, Vec<usize>) {
         let moving = |(choice, p): &(Choice, DVector<f64>)| self.moving(choice, p);
-        let most = moving(&found);
-        if most == 0 {
-            return found;
+        let start = self.start(held);
+        let rests = moving(&found) == 0;
+        if rests && (!self.hides_rest(&found) || self.choices(&start, FEW_CHOICES).next().is_none()) {
+            return (found.0, found.1, Vec::new());
         }
-        let mut start = self.start(held);
-        start.held.iter_mut().filter(|one| !one.moves).for_each(|one| one.direction = [0.0; 2]);
-        start.closed = self.candidates.iter().copied().filter(|k| self.meeting.gives_way(*k)).collect();
-        self.pivot(start).filter(|other| moving(other) < most).unwrap_or(found)
+        let mut closed = start.clone();
+        closed.held.iter_mut().filter(|one| !one.moves).for_each(|one| one.direction = [0.0; 2]);
+        closed.closed = self.candidates.iter().copied().filter(|k| self.meeting.gives_way(*k)).collect();
+        let all_hold = self.pivot(closed);
+        if let Some((choice, p)) = all_hold.clone().filter(|one| moving(one) == 0) {
+            return (choice, p, Vec::new());
+        }
+        let mut all = vec![found];
+        all.extend(all_hold);
+        all.extend(self.choices(&start, FEW_CHOICES).filter_map(|choice| self.pivot(choice)));
+        // Where all were tried: what is said to slide and does not move takes more than loads press with.
+        if all.len() > 2 && all.iter().any(|one| !self.hides_rest(one)) {
+            all.retain(|one| !self.hides_rest(one));
+        }
+        let least = (0..all.len()).min_by_key(|place| moving(&all[*place])).unwrap_or(0);
+        let (choice, p) = all.swap_remove(least);
+        let others = all.iter().filter(|one| self.moving(&choice, &p) > 0 && !self.hides_rest(one));
+        let changes: Vec<DVector<f64>> = others.map(|(_, other)| &self.meeting.delassus * (other - &p)).collect();
+        let size = |row: usize| OTHERWISE * self.unit * self.meeting.sizes[row];
+        let differs = |row: &usize| changes.iter().any(|change| change[*row].abs() > size(*row));
+        let several =
+            self.candidates.iter().copied().filter(|k| self.meeting.rows_with_friction(*k).iter().any(differs));
+        let several = several.collect();
+        (choice, p, several)
     }
 
     /// How many of the contacts and frictions that are at rest begin to move with a choice.
@@ -250,8 +275,9 @@ impl Decision<'_> {
                 continue;
             }
             // What others hold may take all it can without moving, and push others beyond their limits: they share it.
-            if let Some(place) = held.iter().position(|one| self.rests(one, (closed, held, *wide), (&p, &w))) {
-                held[place].rest();
+            let resting = self.resting((closed, held, *wide), (&p, &w));
+            if !resting.is_empty() {
+                resting.into_iter().for_each(|place| held[place].rest());
                 continue;
             }
             match self.wrong_grip(closed, held, (&p, &w)) {
@@ -268,10 +294,23 @@ impl Decision<'_> {
         start: &Choice,
         is_wanted: impl Fn(&DVector<f64>) -> bool,
     ) -> Option<(Choice, DVector<f64>)> {
+        self.choices(start, MOST_CHOICES).find_map(|mut choice| {
+            let (p, w) = self.outcome(&mut choice);
+            let Choice { closed, held, .. } = &choice;
+            let pulls = closed.iter().any(|k| self.pulls(*k, &p));
+            let is_wrong = pulls
+                || self.wrong_contact(closed, held, (&p, &w)).is_some()
+                || self.wrong_grip(closed, held, (&p, &w)).is_some();
+            (!is_wrong && is_wanted(&p)).then_some((choice, p))
+        })
+    }
+
+    /// All choices, if there are no more than so many.
+    fn choices(&self, start: &Choice, most: usize) -> impl Iterator<Item = Choice> {
         let lists = self.alternatives(&start.held);
         let count = lists.iter().try_fold(1_usize, |count, list| count.checked_mul(list.len()));
-        let count = count.filter(|count| *count <= MOST_CHOICES)?;
-        (0..count).find_map(|number| {
+        let count = count.filter(|count| *count <= most).unwrap_or(0);
+        (0..count).map(move |number| {
             let mut choice = start.clone();
             let mut rest = number;
             for list in lists.iter().rev() {
@@ -280,13 +319,7 @@ impl Decision<'_> {
                 choice.closed.extend(closed);
                 slides.iter().for_each(|(place, direction)| choice.held[*place].direction = *direction);
             }
-            let (p, w) = self.outcome(&mut choice);
-            let Choice { closed, held, .. } = &choice;
-            let pulls = closed.iter().any(|k| self.pulls(*k, &p));
-            let is_wrong = pulls
-                || self.wrong_contact(closed, held, (&p, &w)).is_some()
-                || self.wrong_grip(closed, held, (&p, &w)).is_some();
-            (!is_wrong && is_wanted(&p)).then_some((choice, p))
+            choice
         })
     }
 
@@ -403,20 +436,22 @@ impl Decision<'_> {
         (self.unit * size + NO_ACCELERATION * meeting.bound(one.bound, p) * way, way)
     }
 
-    /// Whether it is taken to slide and does not, and those that stick could take some of what it takes.
-    fn rests(
+    /// Those that are taken to slide and do not, and could share what they take with each other, or with those that stick.
+    fn resting(
         &self,
-        one: &Held,
         (closed, held, wide): (&[usize], &[Held], bool),
         (p, w): (&DVector<f64>, &DVector<f64>),
-    ) -> bool {
-        let own = self.grip(one);
-        if !one.may_rest() || !is_active(one, closed) {
-            return false;
+    ) -> Vec<usize> {
+        let rests = |one: &Held| {
+            let rate = norm(pair(&self.grip(one).rows, |row| w[row]));
+            one.may_rest() && is_active(one, closed) && rate <= self.none(one, p).0
+        };
+        let mut places: Vec<usize> = (0..held.len()).filter(|place| rests(&held[*place])).collect();
+        if !places.is_empty() {
+            let further: Vec<&Grip> = places.iter().map(|place| self.grip(&held[*place])).collect();
+            let (shares, _) = Shares::new(self.meeting, &self.meeting.holding(closed, held, wide, &further));
+            places.retain(|place| shares.takes_part(self.grip(&held[*place])));
         }
-        if norm(pair(&own.rows, |row| w[row])) > self.none(one, p).0 {
-            return false;
-        }
-        Shares::new(self.meeting, &self.meeting.holding(closed, held, wide, Some(own))).0.takes_part(own)
+        places
     }
 }

@@ -22,6 +22,8 @@ const TURNED: f64 = 1e-14;
 const MOST_RESTS: u32 = 3;
 /// Bisections of a restitution that gains energy.
 const MOST_HALVES: usize = 60;
+/// How exactly impacts are decided, in the speed that is none.
+const FINER: f64 = 1e-3;
 
 /// A row, or two with one limit, that holds up to it, at a position.
 #[derive(Debug, Clone)]
@@ -123,6 +125,8 @@ pub struct Pattern {
     pub sticking: Vec<usize>,
     /// Numbers of frictions that slide, and where to.
     pub sliding: Vec<(usize, [f64; 2])>,
+    /// Contacts that move otherwise with another choice that meets all conditions, too.
+    pub several: Vec<usize>,
     /// What acts along the rows.
     pub(super) forces: DVector<f64>,
     /// Whether normal forces are shared as well.
@@ -197,7 +201,7 @@ impl Meeting {
         Some(self.pattern(choice, forces))
     }
 
-    /// The same of accelerations: what is at rest stays so if it can.
+    /// The same of accelerations, or of several contacts that strike together: what is at rest stays so if it can, or comes to rest.
     pub(super) fn at_rest(
         &self,
         b: &DVector<f64>,
@@ -207,8 +211,8 @@ impl Meeting {
     ) -> Option<Pattern> {
         let decision = Decision { meeting: self, b, candidates, unit };
         let found = decision.decide(held.clone())?;
-        let (choice, forces) = decision.hold(held, found);
-        Some(self.pattern(choice, forces))
+        let (choice, forces, several) = decision.hold(held, found);
+        Some(Pattern { several, ..self.pattern(choice, forces) })
     }
 
     /// A choice in numbers of the scene.
@@ -219,7 +223,7 @@ impl Meeting {
         let number = |one: &Held| self.grips[one.grip].number;
         let sticking = sticking.into_iter().map(number).collect();
         let sliding = sliding.into_iter().map(|one| (number(one), one.direction)).collect();
-        Pattern { closed, sticking, sliding, forces, wide }
+        Pattern { closed, sticking, sliding, several: Vec::new(), forces, wide }
     }
 
     /// What frictions that stick have in balance with each other, and where that is shared as well, with contacts that are closed.
@@ -235,19 +239,19 @@ impl Meeting {
         Shares::new(self, &holding).0
     }
 
-    /// What holds with a choice, normal forces or not, and with another grip that sticks.
+    /// What holds with a choice, normal forces or not, and with other grips that stick.
     pub(super) fn holding<'g>(
         &'g self,
         closed: &'g [usize],
         held: &[Held],
         wide: bool,
-        further: Option<&'g Grip>,
+        further: &[&'g Grip],
     ) -> Holding<'g> {
-        let is_further = |one: &&Held| further.is_some_and(|grip| grip.number == self.grips[one.grip].number);
+        let is_further = |one: &&Held| further.iter().any(|grip| grip.number == self.grips[one.grip].number);
         let sliding = held.iter().filter(|one| wide && is_active(one, closed) && !one.sticks() && !is_further(one));
         Holding {
             closed: if wide { closed } else { &[] },
-            sticking: sticking(held, closed).map(|one| &self.grips[one.grip]).chain(further).collect(),
+            sticking: sticking(held, closed).map(|one| &self.grips[one.grip]).chain(further.iter().copied()).collect(),
             sliding: sliding.map(|one| (&self.grips[one.grip], one.direction)).collect(),
         }
     }
@@ -255,7 +259,7 @@ impl Meeting {
     /// Lets those that stick, and contacts with them, share what their rows leave open, as far within their limits as they can be, unless
     /// they are.
     pub(super) fn share(&self, p: &mut DVector<f64>, Choice { closed, held, wide }: &Choice) {
-        let holding = self.holding(closed, held, *wide, None);
+        let holding = self.holding(closed, held, *wide, &[]);
         let bounds: Vec<f64> = sticking(held, closed).map(|one| self.bound(one.bound, p)).collect();
         let normals: Vec<f64> = holding.closed.iter().map(|k| p[self.first[*k]]).collect();
         let forces: Vec<[f64; 2]> = holding.sticking.iter().map(|grip| pair(&grip.rows, |row| p[row])).collect();
@@ -346,39 +350,54 @@ impl Meeting {
         p
     }
 
-    /// The impulses of an impact of one contact with friction; `unit` is the speed that is none.
-    pub(super) fn strike_with_friction(&self, k: usize, unit_of_rates: f64) -> Option<DVector<f64>> {
-        let held = self.held_in_impact(&[k]);
-        let compressed = self.complementary(&self.rates, &[k], held.clone(), 1e-3 * unit_of_rates)?.forces;
-        let normal = self.first[k];
-        let hard: Vec<usize> = (normal + 1..self.first[k + 1]).collect();
-        let with = |restitution: f64| {
+    /// The impulses of an impact of some contacts together, and what was decided for its compression; `unit` is the speed that is none.
+    pub(super) fn struck(&self, together: &[usize], unit: f64) -> Option<(DVector<f64>, Pattern)> {
+        let held = self.held_in_impact(together);
+        let pattern = match together {
+            [_] => self.complementary(&self.rates, together, held.clone(), FINER * unit)?,
+            _ => self.at_rest(&self.rates, together, held.clone(), FINER * unit)?,
+        };
+        let hard: Vec<usize> = together.iter().flat_map(|k| self.first[*k] + 1..self.first[*k + 1]).collect();
+        let with = |share: f64| {
             let mut impulses = DVector::zeros(self.rows.len());
-            impulses[normal] = (1.0 + restitution) * compressed[normal];
+            for k in together {
+                let normal = self.first[*k];
+                let (compressed, back) = (pattern.forces[normal], share * self.restitution[*k]);
+                // The same but for round-off, on which the work hangs that is pinned.
+                impulses[normal] =
+                    if held.is_empty() { compressed + back * compressed } else { (1.0 + back) * compressed };
+            }
             let known = &self.delassus * &impulses + &self.rates;
             let fixed =
-                held.iter().map(|one| Held { bound: Bound::Known(self.bound(one.bound, &impulses)), ..one.clone() });
-            // Rows that hold whatever it takes take part as contacts do whose rows are those alone.
-            let mut parts = self.complementary(&known, &[], fixed.collect(), 1e-3 * unit_of_rates)?.forces;
-            let rates = &self.delassus * &parts + &known;
-            let held = self.stopping(&hard, &rates);
-            hard.iter().zip(held.iter()).for_each(|(row, value)| parts[*row] += value);
-            Some(impulses + parts)
+                || held.iter().map(|one| Held { bound: Bound::Known(self.bound(one.bound, &impulses)), ..one.clone() });
+            // Friction and rows that hold whatever it takes, in turn: one contact does not have both.
+            let (mut parts, mut taken) = (DVector::zeros(self.rows.len()), DVector::zeros(self.rows.len()));
+            for _ in 0..MOST_TURNS {
+                let rates = &self.delassus * &taken + &known;
+                parts = self.complementary(&rates, &[], fixed().collect(), FINER * unit)?.forces;
+                let before = taken.clone();
+                let found = self.stopping(&hard, &(&self.delassus * &parts + &known));
+                hard.iter().zip(found.iter()).for_each(|(row, value)| taken[*row] = *value);
+                if held.is_empty() || (&taken - before).amax() <= TURNED * taken.amax() {
+                    break;
+                }
+            }
+            Some(impulses + parts + taken)
         };
         let gain = |impulses: &DVector<f64>| {
             let after = &self.delassus * impulses + &self.rates;
             0.5 * impulses.dot(&(after + &self.rates))
         };
-        let whole = with(self.restitution[k])?;
+        let whole = with(1.0)?;
         if gain(&whole) <= 0.0 {
-            return Some(whole);
+            return Some((whole, pattern));
         }
-        let (mut low, mut high) = (0.0, self.restitution[k]);
+        let (mut low, mut high) = (0.0, 1.0);
         for _ in 0..MOST_HALVES {
             let middle = 0.5 * (low + high);
             if gain(&with(middle)?) <= 0.0 { low = middle } else { high = middle }
         }
-        with(low)
+        Some((with(low)?, pattern))
     }
 }
 

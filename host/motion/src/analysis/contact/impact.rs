@@ -1,13 +1,15 @@
 //! [`Strike`]: impacts of contacts that touch.
 //!
-//! One after the other, that of the fastest approach first, as in chains of balls: each is compressed until it neither approaches nor
+//! One after the other, that of the fastest approach first, as in chains of balls; those that approach equally fast strike together, so
+//! that round-off decides on no order: the corners of a box that falls flat. Each is compressed until it neither approaches nor
 //! slides, then gives back its coefficient of restitution's share of the normal impulse (Poisson; where nothing sticks that is Newton's
-//! law). No impact adds energy. What has not come to an end after [`MOST_STRIKES`] ends without restitution, all at once.
+//! law). No impact adds energy. What has not come to an end after [`MOST_STRIKES`] ends without restitution, all at once. Where more strike
+//! together than rigid bodies share the impulse among, and the motion depends on that, it is told: see [`Meeting::shared`].
 
 use nalgebra::DVector;
 
 use super::decision::Decision;
-use super::{Meeting, NO_SPEED, Pattern};
+use super::{Holder, Meeting, NO_SPEED, Pattern, as_fast};
 
 /// Impacts one after the other at one instant.
 const MOST_STRIKES: usize = 2000;
@@ -35,21 +37,21 @@ pub enum NoSolution {
 }
 
 impl Meeting {
-    /// Lets those that approach strike, until none does that anything gives way to; `speed` is the size of speeds.
+    /// Lets those that approach strike, until none does that anything gives way to; `speed` is the size of speeds, and `same` the share of
+    /// it below which differences are none.
     ///
     /// # Errors
     /// The contact whose impact has no solution.
-    pub fn strike_all(&mut self, speed: f64) -> Result<(), NoSolution> {
+    pub fn strike_all(&mut self, speed: f64, same: f64) -> Result<(), NoSolution> {
         for _ in 0..MOST_STRIKES {
-            let all = (0..self.touching.len()).filter(|k| self.approaches(*k, speed) && self.gives_way(*k));
-            let fastest = all.min_by(|a, b| {
-                let relative = |k: usize| self.rate(k) / self.sizes[self.first[k]];
-                relative(*a).total_cmp(&relative(*b))
-            });
-            match fastest {
-                Some(k) => self.strike(k, speed)?,
-                None => return Ok(()),
-            }
+            let of = |k: usize| [self.rate(k), self.sizes[self.first[k]]];
+            let relative = |k: &usize| self.rate(*k) / self.sizes[self.first[*k]];
+            let mut all: Vec<usize> =
+                (0..self.touching.len()).filter(|k| self.approaches(*k, speed) && self.gives_way(*k)).collect();
+            let fastest = all.iter().copied().min_by(|a, b| relative(a).total_cmp(&relative(b)));
+            let Some(fastest) = fastest else { return Ok(()) };
+            all.retain(|k| as_fast(of(*k), of(fastest), same * speed));
+            self.strike(&all, NO_SPEED * speed)?;
         }
         let all: Vec<usize> = (0..self.touching.len()).collect();
         let rates = self.rates.clone();
@@ -60,25 +62,23 @@ impl Meeting {
         Ok(())
     }
 
-    /// The impact of one contact.
-    fn strike(&mut self, k: usize, speed: f64) -> Result<(), NoSolution> {
-        if self.grips.iter().any(|grip| grip.contact == Some(k)) {
-            let impulses = self.strike_with_friction(k, NO_SPEED * speed).ok_or(NoSolution::Undecided(k))?;
-            self.push(impulses);
-            return Ok(());
+    /// The impact of some contacts together, none of which pulls in order not to slide; `unit` is the speed that is none.
+    fn strike(&mut self, together: &[usize], unit: f64) -> Result<(), NoSolution> {
+        let pulls = |k: &&usize| {
+            let rows: Vec<usize> = (self.first[**k]..self.first[**k + 1]).collect();
+            rows.len() > 1 && self.stopping(&rows, &self.rates)[0] <= 0.0
+        };
+        let Some((impulses, pattern)) = self.struck(together, unit) else {
+            return Err(match together.iter().find(pulls) {
+                Some(k) => NoSolution::Pulls(*k),
+                None => NoSolution::Undecided(together[0]),
+            });
+        };
+        for k in self.shared_in_impact(together, &pattern, unit).into_iter().chain(pattern.several) {
+            if !self.shared.contains(&Holder::Contact(k)) {
+                self.shared.push(Holder::Contact(k));
+            }
         }
-        let rows: Vec<usize> = (self.first[k]..self.first[k + 1]).collect();
-        let compression = self.stopping(&rows, &self.rates);
-        if compression[0] <= 0.0 {
-            return Err(NoSolution::Pulls(k));
-        }
-        let back = self.restitution[k] * compression[0];
-        let mut impulses = DVector::zeros(self.rows.len());
-        rows.iter().zip(compression.iter()).for_each(|(row, value)| impulses[*row] = *value);
-        impulses[rows[0]] += back;
-        let others = &rows[1..];
-        let held = self.stopping(others, &(self.delassus.column(rows[0]) * back));
-        others.iter().zip(held.iter()).for_each(|(row, value)| impulses[*row] += value);
         self.push(impulses);
         Ok(())
     }
@@ -139,9 +139,11 @@ impl Meeting {
         true
     }
 
-    /// Ends the motion of closed contacts and of what sticks.
-    pub fn come_to_rest(&mut self, pattern: &Pattern) {
+    /// Ends the motion of closed contacts and of what sticks, and what there may be of contacts that only touch: where rows have these
+    /// accelerations while all contacts are open, and speeds and accelerations are of these sizes.
+    pub fn come_to_rest(&mut self, pattern: &Pattern, of_rows: &DVector<f64>, sizes: [f64; 2]) {
         let mut rows: Vec<usize> = pattern.closed.iter().flat_map(|k| self.first[*k]..self.first[k + 1]).collect();
+        rows.extend(self.silent(pattern, of_rows, sizes).into_iter().map(|k| self.first[k]));
         let sticking = self.grips.iter().filter(|grip| pattern.sticking.contains(&grip.number));
         rows.extend(sticking.flat_map(|grip| grip.rows.iter().copied()));
         let found = self.stopping(&rows, &self.rates);

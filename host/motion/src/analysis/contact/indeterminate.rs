@@ -2,6 +2,7 @@
 
 use nalgebra::{DMatrix, DVector, Dyn, SymmetricEigen};
 
+use super::friction::{norm, pair, unit as direction_of};
 use super::{Grip, Meeting, Pattern, RANK_TOLERANCE, block, blocks};
 
 /// Share of a row in reactions that balance each other above which it takes part.
@@ -10,12 +11,12 @@ pub(super) const TAKES_PART: f64 = 1e-6;
 const MOVES: f64 = 1e-9;
 
 /// More contacts touch, or stick, than the motion determines the reactions of: reactions that balance each other may be added.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Indeterminate {
     /// What is open of whose load: the components of its force, ground directions, then its torque.
     pub loads: Vec<(Holder, [bool; 4])>,
-    /// Numbers of frictions that slide, whose limits depend on these reactions, where the motion depends on them, too.
-    pub moving: Vec<usize>,
+    /// Frictions that slide, whose limits depend on these reactions, where the motion depends on them, too.
+    pub moving: Vec<Holder>,
 }
 
 /// Whose rows hold.
@@ -40,12 +41,7 @@ impl Meeting {
         of_rows: &DVector<f64>,
         [speed, acceleration]: [f64; 2],
     ) -> Option<Indeterminate> {
-        let w = &self.delassus * &pattern.forces + of_rows;
-        let silent = |k: &usize| {
-            let accelerates = w[self.first[*k]].abs() > self.no_acceleration(*k, acceleration);
-            !pattern.closed.contains(k) && self.stays(*k, speed) && self.gives_way(*k) && !accelerates
-        };
-        let silent = (0..self.touching.len()).filter(silent);
+        let silent = self.silent(pattern, of_rows, [speed, acceleration]);
         let contacts: Vec<usize> = pattern.closed.iter().copied().chain(silent).collect();
         let sticking = || self.grips.iter().filter(|grip| pattern.sticking.contains(&grip.number));
         let mut rows: Vec<usize> = contacts.iter().flat_map(|k| self.first[*k]..self.first[k + 1]).collect();
@@ -54,18 +50,7 @@ impl Meeting {
         if rows.is_empty() || largest == 0.0 {
             return None;
         }
-        let balanced = self.balanced(&rows.iter().map(|row| vec![(*row, 1.0)]).collect::<Vec<_>>());
-        if let [one] = balanced.as_slice() {
-            let idle = contacts.iter().filter_map(|k| {
-                let place = rows.iter().position(|row| *row == self.first[*k])?;
-                (pattern.forces[self.first[*k]] <= TAKES_PART * largest).then_some(one[place])
-            });
-            let size = one.amax();
-            let signs: Vec<bool> = idle.filter(|x| x.abs() > TAKES_PART * size).map(|x| x > 0.0).collect();
-            if signs.iter().any(|sign| *sign != signs[0]) {
-                return None;
-            }
-        }
+        let balanced = self.in_balance((&contacts, &rows), &pattern.forces)?;
         let contacts = contacts.iter().map(|k| (Holder::Contact(*k), (self.first[*k]..self.first[k + 1]).collect()));
         let frictions = sticking().map(|grip| (Holder::Friction(grip.number), grip.rows.clone()));
         let all: Vec<(Holder, Vec<usize>)> = contacts.chain(frictions).collect();
@@ -75,11 +60,120 @@ impl Meeting {
             open.contains(&true).then_some((*holder, open))
         };
         let loads: Vec<_> = all.iter().filter_map(open).collect();
-        let moving = self.moved_by(&balanced, &rows, |grip| {
-            let found = pattern.sliding.iter().find(|(number, _)| *number == grip.number);
-            found.map(|(_, direction)| *direction).or_else(|| self.moving(grip, speed))
-        });
+        let mut moving: Vec<usize> = Vec::new();
+        for one in &balanced {
+            let mut change = DVector::zeros(self.rows.len());
+            let mut taking = Vec::new();
+            for (place, grip) in self.taking((one, &rows)) {
+                let found = pattern.sliding.iter().find(|(number, _)| *number == grip.number);
+                let direction = found.map(|(_, direction)| *direction).or_else(|| self.moving(grip, speed));
+                let Some(direction) = direction else { continue };
+                taking.push(grip.number);
+                let parts = grip.rows.iter().zip(direction);
+                parts.for_each(|(row, along)| change[*row] = -grip.limit * one[place] * along);
+            }
+            if self.moves(&change, &rows) {
+                moving.extend(taking);
+            }
+        }
+        moving.sort_unstable();
+        moving.dedup();
+        let moving = moving.into_iter().map(Holder::Friction).collect();
         (!loads.is_empty()).then_some(Indeterminate { loads, moving })
+    }
+
+    /// Contacts that are not closed and neither move nor begin to.
+    pub(super) fn silent(
+        &self,
+        pattern: &Pattern,
+        of_rows: &DVector<f64>,
+        [speed, acceleration]: [f64; 2],
+    ) -> Vec<usize> {
+        let w = &self.delassus * &pattern.forces + of_rows;
+        let silent = |k: &usize| {
+            let accelerates = w[self.first[*k]].abs() > self.no_acceleration(*k, acceleration);
+            !pattern.closed.contains(k) && self.stays(*k, speed) && self.gives_way(*k) && !accelerates
+        };
+        (0..self.touching.len()).filter(silent).collect()
+    }
+
+    /// Contacts that strike together and share the impulse in a way that rigid bodies leave open, if the motion depends on it: by friction
+    /// that slides, or by coefficients of restitution that differ. `pattern`: that of the compression.
+    pub(super) fn shared_in_impact(&self, together: &[usize], pattern: &Pattern, unit: f64) -> Vec<usize> {
+        let w = &self.delassus * &pattern.forces + &self.rates;
+        let ends = |k: &usize| w[self.first[*k]].abs() <= unit * self.sizes[self.first[*k]];
+        let contacts: Vec<usize> = together.iter().copied().filter(ends).collect();
+        let sticking = || self.grips.iter().filter(|grip| pattern.sticking.contains(&grip.number));
+        let hard = contacts.iter().flat_map(|k| self.first[*k] + 1..self.first[*k + 1]);
+        let held: Vec<usize> = hard.chain(sticking().flat_map(|grip| grip.rows.iter().copied())).collect();
+        let mut rows: Vec<usize> = contacts.iter().map(|k| self.first[*k]).collect();
+        rows.extend(&held);
+        let mut shared = Vec::new();
+        for one in self.in_balance((&contacts, &rows), &pattern.forces).unwrap_or_default() {
+            let [mut compressed, mut whole] = [DVector::zeros(self.rows.len()), DVector::zeros(self.rows.len())];
+            let parts = contacts.iter().enumerate().filter(|(place, _)| one[*place].abs() > TAKES_PART * one.amax());
+            let taking: Vec<usize> = parts.map(|(_, k)| *k).collect();
+            for (place, k) in contacts.iter().enumerate() {
+                whole[self.first[*k]] = (1.0 + self.restitution[*k]) * one[place];
+            }
+            for (place, grip) in self.taking((&one, &rows)) {
+                let found = pattern.sliding.iter().find(|(number, _)| *number == grip.number);
+                // That of a contact that presses with nothing slides as the others do.
+                let rate = grip.free(pair(&grip.rows, |row| w[row]));
+                let slides = norm(rate) > unit * self.sizes[grip.rows[0]] && !pattern.sticking.contains(&grip.number);
+                let Some(direction) = found.map(|(_, way)| *way).or(slides.then(|| direction_of(rate))) else {
+                    continue;
+                };
+                let back = grip.contact.map_or(0.0, |k| self.restitution[k]);
+                for (row, along) in grip.rows.iter().zip(direction) {
+                    compressed[*row] = -grip.limit * one[place] * along;
+                    whole[*row] = (1.0 + back) * compressed[*row];
+                }
+            }
+            let gives_back = taking.iter().any(|k| self.restitution[*k] > 0.0);
+            if self.moves(&compressed, &rows) || gives_back && self.moves(&whole, &held) {
+                shared.extend(taking);
+            }
+        }
+        shared
+    }
+
+    /// Frictions of contacts that have a part in reactions in balance with each other, each with the place of the contact's row.
+    fn taking<'m>(
+        &'m self,
+        (one, rows): (&'m DVector<f64>, &'m [usize]),
+    ) -> impl Iterator<Item = (usize, &'m Grip)> + 'm {
+        let place = |grip: &Grip| grip.contact.and_then(|k| rows.iter().position(|row| *row == self.first[k]));
+        let own = self.grips.iter().filter_map(move |grip| Some((place(grip)?, grip)));
+        own.filter(|(place, _)| one[*place].abs() > TAKES_PART * one.amax())
+    }
+
+    /// Reactions along rows that hold which are in balance with each other: a basis. `None` where they cannot be added to those that there
+    /// are, because contacts without reaction would have to push and to pull for that.
+    fn in_balance(&self, (contacts, rows): (&[usize], &[usize]), forces: &DVector<f64>) -> Option<Vec<DVector<f64>>> {
+        let largest = rows.iter().fold(0.0_f64, |most, row| most.max(forces[*row].abs()));
+        let balanced = self.balanced(&rows.iter().map(|row| vec![(*row, 1.0)]).collect::<Vec<_>>());
+        if let [one] = balanced.as_slice() {
+            let idle = contacts.iter().filter_map(|k| {
+                let place = rows.iter().position(|row| *row == self.first[*k])?;
+                (forces[self.first[*k]] <= TAKES_PART * largest).then_some(one[place])
+            });
+            let size = one.amax();
+            let signs: Vec<bool> = idle.filter(|x| x.abs() > TAKES_PART * size).map(|x| x > 0.0).collect();
+            if signs.iter().any(|sign| *sign != signs[0]) {
+                return None;
+            }
+        }
+        Some(balanced)
+    }
+
+    /// Whether forces along rows change the motion while some rows hold.
+    fn moves(&self, change: &DVector<f64>, held: &[usize]) -> bool {
+        let pushed = &self.delassus * change;
+        let forces = self.stopping(held, &pushed);
+        let absorbed: f64 = held.iter().zip(forces.iter()).map(|(row, force)| -force * pushed[*row]).sum();
+        let apart: f64 = (0..self.rows.len()).map(|i| change[i].powi(2) * self.delassus[(i, i)]).sum();
+        change.dot(&pushed) - absorbed > MOVES * apart
     }
 
     /// Marks the components of the force of some rows, and its torque, that reactions in balance change.
@@ -126,38 +220,5 @@ impl Meeting {
             })
         });
         null.collect()
-    }
-
-    /// Frictions that slide whose change with reactions in balance changes the motion while the rows hold.
-    fn moved_by(
-        &self,
-        balanced: &[DVector<f64>],
-        rows: &[usize],
-        direction: impl Fn(&Grip) -> Option<[f64; 2]>,
-    ) -> Vec<usize> {
-        let mut moving = Vec::new();
-        for one in balanced {
-            let mut change = DVector::zeros(self.rows.len());
-            let mut taking = Vec::new();
-            for grip in &self.grips {
-                let normal = grip.contact.and_then(|k| rows.iter().position(|row| *row == self.first[k]));
-                let (Some(place), Some(direction)) = (normal, direction(grip)) else { continue };
-                if one[place].abs() > TAKES_PART * one.amax() {
-                    taking.push(grip.number);
-                    let parts = grip.rows.iter().zip(direction);
-                    parts.for_each(|(row, along)| change[*row] = -grip.limit * one[place] * along);
-                }
-            }
-            let pushed = &self.delassus * &change;
-            let held = self.stopping(rows, &pushed);
-            let absorbed: f64 = rows.iter().zip(held.iter()).map(|(row, force)| -force * pushed[*row]).sum();
-            let apart: f64 = (0..self.rows.len()).map(|i| change[i].powi(2) * self.delassus[(i, i)]).sum();
-            if change.dot(&pushed) - absorbed > MOVES * apart {
-                moving.extend(taking);
-            }
-        }
-        moving.sort_unstable();
-        moving.dedup();
-        moving
     }
 }

@@ -6,6 +6,7 @@ use super::{Grip, Meeting, blocks, only_one, smallest, smallest_of_many};
 use crate::tests::Random;
 
 /// A contact of a body in a plane: where it touches from its centre of mass, the direction of the normal, and its friction.
+#[derive(Clone)]
 struct Point {
     place: [f64; 2],
     angle: f64,
@@ -45,6 +46,7 @@ fn touching(points: &[Point], inertia: f64) -> (Meeting, DMatrix<f64>) {
         impulses: DVector::zeros(2 * n),
         strikes: Vec::new(),
         work: 0.0,
+        shared: Vec::new(),
         restitution: vec![0.0; n],
         sizes,
         geometry,
@@ -264,4 +266,88 @@ fn what_can_stay_at_rest_stays() {
         went += u32::from(holds && moves(&alone.forces));
     }
     assert!(went > 10, "{went}");
+}
+
+/// A body with these feet side by side that falls flat, its velocity after it has struck, and the feet that share the impulse in a way
+/// that the motion depends on. Each foot: how far aside, friction, restitution.
+fn fallen(feet: &[[f64; 3]], velocity: [f64; 2]) -> (DVector<f64>, usize) {
+    let point = |[x, mu, _]: &[f64; 3]| Point { place: [*x, -0.7], angle: std::f64::consts::FRAC_PI_2, mu: *mu };
+    let (mut meeting, jacobian) = touching(&feet.iter().map(point).collect::<Vec<_>>(), 0.3);
+    meeting.restitution = feet.iter().map(|[_, _, e]| *e).collect();
+    let before = DVector::from_vec(vec![velocity[0], velocity[1], 0.0]);
+    meeting.rates = &jacobian * &before;
+    // Round-off, as it decided on an order.
+    for k in 0..feet.len() {
+        meeting.rates[k] *= 1.0 + 1e-15 * ((k * 7) % 5) as f64;
+    }
+    meeting.strike_all(1.0, 1e-9).expect("an impact is decided");
+    let masses = DMatrix::from_diagonal(&DVector::from_vec(vec![1.0, 1.0, 1.0 / 0.3]));
+    (before + masses * jacobian.transpose() * &meeting.impulses, meeting.shared.len())
+}
+
+/// Feet that strike at once do so in no order.
+#[test]
+fn feet_that_strike_at_once_do_so_in_no_order() {
+    let mut random = Random(29);
+    let mut slid = 0;
+    for number in 0..500 {
+        let (mu, e) = (random.between(0.0, 0.8), [0.0, 0.5, 0.9][random.below(3)]);
+        let mut feet: Vec<[f64; 3]> = (0..2 + random.below(4)).map(|_| [random.next(), mu, e]).collect();
+        let velocity = [random.next(), -random.between(0.2, 1.0)];
+        let (one, shared) = fallen(&feet, velocity);
+        assert_eq!(shared, 0, "{number}: friction and restitution are alike");
+        slid += u32::from((one[0] - 0.7 * one[2]).abs() > 1e-6);
+        feet.reverse();
+        let (other, _) = fallen(&feet, velocity);
+        assert!((&one - &other).amax() < 1e-9, "{number}: {one} {other}");
+        // In a mirror.
+        feet.iter_mut().for_each(|foot| foot[0] = -foot[0]);
+        let (other, _) = fallen(&feet, [-velocity[0], velocity[1]]);
+        let seen = DVector::from_vec(vec![-other[0], other[1], -other[2]]);
+        assert!((&one - &seen).amax() < 1e-9, "{number}: {one} {seen}");
+    }
+    assert!(slid > 100, "{slid}");
+}
+
+/// Three feet of a body in a plane share an impulse as rigid bodies leave open: that is told where the motion depends on it.
+#[test]
+fn impulses_that_are_shared_are_told_where_the_motion_depends_on_them() {
+    let feet = |mu: [f64; 3], e: [f64; 3]| [0, 1, 2].map(|k| [[-0.5, 0.1, 0.5][k], mu[k], e[k]]);
+    let shared = |mu: [f64; 3], e: [f64; 3]| fallen(&feet(mu, e), [2.0, -1.0]).1;
+    assert_eq!(shared([0.1; 3], [0.0; 3]), 0);
+    assert_eq!(shared([0.1; 3], [0.5; 3]), 0);
+    assert_eq!(shared([0.1, 0.2, 0.1], [0.0; 3]), 3, "friction that differs");
+    assert_eq!(shared([0.0; 3], [0.1, 0.5, 0.1]), 3, "restitution that differs");
+    let two = fallen(&feet([0.1, 0.2, 0.1], [0.1, 0.5, 0.3])[..2], [2.0, -1.0]);
+    assert_eq!(two.1, 0, "two feet share in one way");
+}
+
+/// Where contacts at rest begin to move in one of several ways, that is told, whatever the order in which contacts are looked at.
+#[test]
+fn several_motions_are_told_in_every_order() {
+    let mut random = Random(31);
+    let mut several = 0;
+    for number in 0..3000 {
+        let point = |random: &mut Random| Point {
+            place: [random.next(), random.next()],
+            angle: random.between(-3.0, 3.0),
+            mu: random.between(0.0, 5.0),
+        };
+        let mut points: Vec<Point> = (0..1 + random.below(3)).map(|_| point(&mut random)).collect();
+        let (inertia, push) = (random.between(0.05, 1.0), DVector::from_vec(random.vector(3)));
+        let motion = |points: &[Point]| {
+            let (meeting, jacobian) = touching(points, inertia);
+            let b = &jacobian * &push;
+            let found = meeting.at_rest(&b, &meeting.touching, meeting.held(1.0), 1e-9).expect("it is decided");
+            let masses = DVector::from_vec(vec![1.0, 1.0, 1.0 / inertia]);
+            (masses.component_mul(&(jacobian.transpose() * &found.forces)), found.several.len())
+        };
+        let one = motion(&points);
+        points.reverse();
+        let other = motion(&points);
+        several += u32::from(one.1 > 0);
+        let is_same = (&one.0 - &other.0).amax() < 1e-6 * (1.0 + one.0.amax());
+        assert!(is_same || one.1 > 0 && other.1 > 0, "{number}: {} {}", one.0, other.0);
+    }
+    assert!(several > 10, "{several}");
 }

@@ -18,14 +18,15 @@ impl Simulation<'_> {
         let Some(touch) = &mut self.touch else { return Ok(()) };
         let first = touch.first_friction();
         let mut news = Vec::new();
+        let number = |holder: &Holder| match holder {
+            Holder::Contact(place) => touching[*place],
+            Holder::Friction(number) => first + number,
+        };
         for (holder, parts) in &open.loads {
-            let k = match holder {
-                Holder::Contact(place) => touching[*place],
-                Holder::Friction(number) => first + number,
-            };
+            let k = number(holder);
             news.extend((0..parts.len()).filter(|part| parts[*part]).map(|part| k * WORDS.len() + part));
         }
-        news.extend(open.moving.iter().map(|number| (first + number) * WORDS.len() + WORDS.len() - 1));
+        news.extend(open.moving.iter().map(|holder| number(holder) * WORDS.len() + WORDS.len() - 1));
         news.retain(|one| !touch.open_loads.contains(one));
         let event = |code: &usize| {
             let (k, part) = (code / WORDS.len(), code % WORDS.len());

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::Simulation;
-use super::contacts::Touch;
+use super::contacts::{LOW, Touch};
 use crate::analysis::AnalysisError;
 
 /// How far contacts may be apart and touch, as a share of the tolerance, on the size of the scene.
@@ -68,6 +68,11 @@ impl Simulation<'_> {
     pub(super) fn near(&self) -> f64 {
         let of_size = (TOUCHING * self.tolerance).max(LEAST_TOUCHING) * self.scales.length;
         of_size.max(ROUND_OFF * self.scales.far)
+    }
+
+    /// As what share of their size places and speeds are the same.
+    pub(super) fn same(&self) -> f64 {
+        self.tolerance.max(LOW)
     }
 
     /// The size of speeds, m/s.

@@ -3,9 +3,11 @@
 use nalgebra::DVector;
 
 use super::Simulation;
-use super::contacts::{INSTANT, LOW, Touch};
+use super::contacts::{INSTANT, Touch};
 use super::frictions::Sliding;
-use crate::analysis::{AnalysisError, Grip, Group, Meeting, NoSolution, Pattern, Strike};
+use crate::analysis::{
+    AnalysisError, ContactGap, Grip, Group, Holder, Indeterminate, Meeting, NoSolution, Pattern, Strike,
+};
 
 /// Rounds of impacts and contacts that close at one instant.
 const MOST_ROUNDS: usize = 50;
@@ -38,12 +40,14 @@ impl Simulation<'_> {
             }
             let speed = self.speed();
             self.strike(&mut meeting, speed)?;
+            let moving = std::mem::take(&mut meeting.shared);
+            self.report_indeterminate(t, &meeting.touching, &Indeterminate { moving, ..Indeterminate::default() })?;
             self.give_velocities(t, state, &meeting, &mut jump)?;
             let (accelerations, largest) = self.accelerations(t, state, &meeting)?;
             let sizes = [speed, largest];
             let pattern = self.pattern(&meeting, &accelerations, sizes)?;
             match &pattern {
-                Some(pattern) => meeting.come_to_rest(pattern),
+                Some(pattern) => meeting.come_to_rest(pattern, &accelerations, sizes),
                 None if meeting.seize(speed) => {}
                 None => return Err(self.undecided(&meeting, &accelerations, sizes)),
             }
@@ -58,9 +62,9 @@ impl Simulation<'_> {
             if !approaches && !meeting.slides_back(&pattern, speed) {
                 let closed = self.take_pattern(&meeting, &pattern);
                 self.report_events(t, &strikes, &closed, (slid, &pattern.sliding), speed)?;
-                if let Some(open) = meeting.indeterminate(&pattern, &accelerations, sizes) {
-                    self.report_indeterminate(t, &meeting.touching, &open)?;
-                }
+                let mut open = meeting.indeterminate(&pattern, &accelerations, sizes).unwrap_or_default();
+                open.moving.extend(pattern.several.iter().map(|k| Holder::Contact(*k)));
+                self.report_indeterminate(t, &meeting.touching, &open)?;
                 return Ok(closed);
             }
         }
@@ -86,14 +90,21 @@ impl Simulation<'_> {
 
     /// Contacts that touch at a state, and what holds up to a limit there.
     fn meeting(&mut self, t: f64, state: &[f64]) -> Result<Option<(Meeting, Jump)>, AnalysisError> {
-        let near = self.near();
+        let (near, speed, same, length) = (self.near(), self.speed(), self.same(), self.scales.length);
         let inputs = self.formulation.observe(t, state, false)?.inputs.to_vec();
         let velocities = self.layout.velocities_in(&inputs);
         let limits = self.limits(t, state)?;
         let Some(touch) = &mut self.touch else { return Ok(None) };
         let gaps = touch.contacts.look(&inputs, &velocities, self.formulation.sets())?;
         touch.gradients = touch.contacts.sizes();
-        let touching: Vec<usize> = (0..gaps.len()).filter(|k| gaps[*k].touches(near, INSTANT * t.abs())).collect();
+        let touches = |gap: &ContactGap| gap.touches(near, INSTANT * t.abs());
+        // Those that come as fast as the fastest that strikes, and are as near as places are known, strike with it.
+        let relative = |gap: &ContactGap| gap.rate / gap.size;
+        let striking = gaps.iter().filter(|gap| touches(gap) && gap.approaches(speed));
+        let fastest = striking.min_by(|a, b| relative(a).total_cmp(&relative(b)));
+        let comes = |gap: &ContactGap| fastest.is_some_and(|fastest| gap.comes_with(fastest, same * speed));
+        let strikes = |gap: &ContactGap| gap.apart() <= same * length && comes(gap);
+        let touching: Vec<usize> = (0..gaps.len()).filter(|k| touches(&gaps[*k]) || strikes(&gaps[*k])).collect();
         let first = touch.first_friction();
         let limit = |number: usize| (limits[number], touch.told.contains(&(first + number)));
         let meeting = touch.contacts.meeting(&touching, limit, &velocities)?;
@@ -104,7 +115,7 @@ impl Simulation<'_> {
     /// Lets those that approach strike.
     fn strike(&self, meeting: &mut Meeting, speed: f64) -> Result<(), AnalysisError> {
         let name = |touching: &[usize], k: usize| self.switching_name(touching[k]);
-        meeting.strike_all(speed).map_err(|problem| match problem {
+        meeting.strike_all(speed, self.same()).map_err(|problem| match problem {
             NoSolution::Pulls(k) => AnalysisError::Pulls { row: name(&meeting.touching, k) },
             NoSolution::Undecided(k) => AnalysisError::NotSettled { rows: name(&meeting.touching, k) },
         })?;
@@ -154,7 +165,7 @@ impl Simulation<'_> {
         [speed, largest]: Sizes,
     ) -> Result<Option<Pattern>, AnalysisError> {
         let Some(touch) = &self.touch else { return Ok(None) };
-        let height = self.tolerance.max(LOW) * self.scales.length;
+        let height = self.same() * self.scales.length;
         let contacts = touch.contacts.contacts();
         let pattern = meeting.closed(accelerations, [speed, largest, height], |k| !contacts[k].of_velocities);
         match meeting.paradox(speed).filter(|_| pattern.is_some()) {
