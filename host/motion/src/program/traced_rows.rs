@@ -29,7 +29,7 @@ impl Equations {
         let below = self.below(values, bodies);
         for body in bodies {
             for k in 0..columns {
-                let seeds = self.coordinate_seeds(*body, k);
+                let seeds = self.coordinate_seeds(*body, k, &below);
                 let slopes = derivatives_among(&mut self.graph, &below, values, &seeds);
                 for (row, slope) in jacobian.iter_mut().zip(slopes) {
                     if !self.graph.is_zero(slope) {
@@ -68,7 +68,7 @@ impl Equations {
 
     /// [`Row::gamma`] of recorded functions of the coordinates of bodies.
     fn traced_gammas(&mut self, values: &[Node], bodies: &[usize], below: &Below) -> Vec<Node> {
-        let seeds = self.motion_seeds(bodies);
+        let seeds = self.motion_seeds_among(bodies, |node| below.contains(node));
         let first = derivatives_among(&mut self.graph, below, values, &seeds);
         let second = derivatives(&mut self.graph, &first, &seeds);
         second.into_iter().map(|second| self.graph.neg(second)).collect()
@@ -93,8 +93,8 @@ impl Equations {
         }
     }
 
-    /// The direction of one coordinate of a body.
-    fn coordinate_seeds(&mut self, body: usize, k: usize) -> Seeds {
+    /// The direction of one coordinate of a body, for what `below` has.
+    fn coordinate_seeds(&mut self, body: usize, k: usize, below: &Below) -> Seeds {
         let nodes = &self.bodies[body];
         let g = &mut self.graph;
         let (zero, one) = (g.constant(0.0), g.constant(1.0));
@@ -106,8 +106,12 @@ impl Equations {
                 // A rotation dpi' about the body axis k: dA = A e_k~.
                 let axis: V3 = std::array::from_fn(|i| if i == k - 3 { one } else { zero });
                 let rate = g.times_skew(&nodes.a, axis);
-                let parameters = turned_parameters(g, &nodes.p)[k - 3];
-                entries(&nodes.a).zip(entries(&rate)).chain(nodes.p.into_iter().zip(parameters)).collect()
+                let mut seeds: Seeds = entries(&nodes.a).zip(entries(&rate)).collect();
+                // Of orientations that are signals.
+                if nodes.p.iter().any(|parameter| below.contains(*parameter)) {
+                    seeds.extend(nodes.p.into_iter().zip(turned_parameters(g, &nodes.p)[k - 3]));
+                }
+                seeds
             }
             Form::Reference => Seeds::from_iter([(nodes.p[k - 3], one)]),
         }
@@ -115,6 +119,11 @@ impl Equations {
 
     /// The direction of the motion: every derivative with respect to time that is not an acceleration.
     pub(super) fn motion_seeds(&mut self, bodies: &[usize]) -> Seeds {
+        self.motion_seeds_among(bodies, |_| true)
+    }
+
+    /// The same for what these nodes depend on.
+    fn motion_seeds_among(&mut self, bodies: &[usize], contains: impl Fn(Node) -> bool) -> Seeds {
         let mut seeds = Seeds::default();
         let time = self.graph.input(Layout::TIME);
         seeds.insert(time, self.graph.constant(1.0));
@@ -126,8 +135,10 @@ impl Equations {
                     let g = &mut self.graph;
                     let rate = g.times_skew(&nodes.a, nodes.w);
                     seeds.extend(entries(&nodes.a).zip(entries(&rate)));
-                    let about = transposed(&turned_parameters(g, &nodes.p));
-                    seeds.extend(nodes.p.into_iter().zip(about.map(|along| g.dot3(along, nodes.w))));
+                    if nodes.p.iter().any(|parameter| contains(*parameter)) {
+                        let about = transposed(&turned_parameters(g, &nodes.p));
+                        seeds.extend(nodes.p.into_iter().zip(about.map(|along| g.dot3(along, nodes.w))));
+                    }
                 }
                 Form::Reference => seeds.extend(nodes.p.iter().copied().zip(nodes.p_rate)),
             }

@@ -85,8 +85,8 @@ fn states_that_do_not_fit_are_refused() {
 fn inputs_keep_what_they_had_unless_the_scene_gives_another_value() {
     let pushed = |value: f64| {
         wheel(4.0, "interpreted")
-            + &format!("[[input]]\nname = \"gust\"\nvalue = {value:?}\n")
-            + &output("gust", "quantity = \"input\"; of = \"gust\"")
+            + &format!("[[input]]\nname = \"wind\"\nvalue = {value:?}\n")
+            + &output("gust", "quantity = \"input\"; of = \"wind\"")
     };
     let of_scene = open(&pushed(1.5));
     let at = of_scene.plan.layout.given_at;
