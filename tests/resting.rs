@@ -2,7 +2,6 @@
 
 use odyn::analyses::modes::Stability;
 use odyn::analyses::statics::{self, Equilibrium};
-
 use odyn::results::EventKind;
 
 use crate::contacts::run;

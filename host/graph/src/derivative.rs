@@ -115,7 +115,7 @@ impl Readers {
     }
 }
 
-/// The derivatives of `outputs` along each of the variables, which are inputs, one list for each: the same nodes as one call of [`derivatives`] for
+/// The derivatives of `outputs` along each of the variables alone, one list for each: the same nodes as one call of [`derivatives`] for
 /// each makes, by work that grows with what depends on a variable instead of with everything.
 pub fn derivatives_along_each(graph: &mut Graph, outputs: &[Node], variables: &[Node]) -> Vec<Vec<Node>> {
     let unit = graph.constant(1.0);

@@ -3,7 +3,7 @@
 
 use rustc_hash::FxHashMap;
 
-use super::derivative::{Below, Seeds, derivatives};
+use super::derivative::{Below, Seeds, derivatives, derivatives_along_each};
 use super::graph::{Graph, Node};
 
 /// Newton steps that are written into the graph. They start at values that an integrator carries along, which are off by its error
@@ -80,11 +80,7 @@ pub fn largest_solution(g: &mut Graph, matrix: &[Node], sizes: &[Node]) -> Vec<N
 
 /// Derivatives of nodes along variables, row after row.
 fn slopes(g: &mut Graph, values: &[Node], variables: &[Node]) -> Vec<Node> {
-    let one = g.constant(1.0);
-    let mut columns = Vec::with_capacity(variables.len());
-    for variable in variables {
-        columns.push(derivatives(g, values, &Seeds::from_iter([(*variable, one)])));
-    }
+    let columns = derivatives_along_each(g, values, variables);
     (0..values.len()).flat_map(|row| columns.iter().map(move |column| column[row]).collect::<Vec<_>>()).collect()
 }
 

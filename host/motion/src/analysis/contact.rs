@@ -16,6 +16,7 @@ mod impact;
 mod indeterminate;
 mod response;
 mod shares;
+mod smallest;
 #[cfg(test)]
 mod tests;
 
@@ -29,15 +30,14 @@ use nalgebra::{DMatrix, DVector};
 use super::constraints::{Constraints, mass_values};
 use super::formulation::AnalysisError;
 use super::working::clusters;
-use crate::linalg::{Clusters, FullPivLu, KktSolver, KktStructure, SingularValues, SparseFirst, connected_blocks};
+use crate::linalg::{Clusters, KktSolver, KktStructure, SparseFirst};
 use crate::model::Model;
 use crate::plan::{Layout, body_scales};
 use crate::program::{Contact, Equations, Friction, Sets, Used};
+use smallest::{block, smallest};
 
 /// Rank tolerance for the rows that always hold, and for Delassus' matrix.
 const RANK_TOLERANCE: f64 = 1e-9;
-/// Pivots above this share of the largest are those of a matrix that is not singular.
-const REGULAR: f64 = 1e-5;
 /// Share of the accelerations in a scene below which a contact's is none.
 const NO_ACCELERATION: f64 = 1e-9;
 /// Share of the speeds in a scene below which a contact's is none.
@@ -461,51 +461,4 @@ impl Meeting {
             }
         }
     }
-}
-
-/// The smallest solution of a system that may be singular, by its blocks.
-fn smallest(matrix: &DMatrix<f64>, right: &DVector<f64>) -> DVector<f64> {
-    let mut found = DVector::zeros(right.len());
-    for own in blocks(matrix) {
-        let (matrix, right) = (block(matrix, &own), DVector::from_fn(own.len(), |i, _| right[own[i]]));
-        let part = only_one(&matrix, &right).unwrap_or_else(|| smallest_of_many(&matrix, &right));
-        own.iter().zip(part.iter()).for_each(|(place, value)| found[*place] = *value);
-    }
-    found
-}
-
-/// The unknowns of a square matrix, those together that have to do with each other: what rests apart is decided by itself.
-fn blocks(matrix: &DMatrix<f64>) -> Vec<Vec<usize>> {
-    let n = matrix.nrows();
-    let entries = matrix.iter().enumerate().filter(|(_, value)| **value != 0.0).map(|(at, _)| (at % n, at / n));
-    let labels = connected_blocks(n, entries);
-    let mut blocks = vec![Vec::new(); labels.iter().max().map_or(0, |last| last + 1)];
-    labels.into_iter().enumerate().for_each(|(unknown, label)| blocks[label].push(unknown));
-    blocks
-}
-
-/// The block of some unknowns.
-fn block(matrix: &DMatrix<f64>, own: &[usize]) -> DMatrix<f64> {
-    DMatrix::from_fn(own.len(), own.len(), |i, j| matrix[(own[i], own[j])])
-}
-
-/// The solution of a system, where it is clearly not singular.
-fn only_one(matrix: &DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f64>> {
-    let n = right.len();
-    let mut lu = FullPivLu::new(n, REGULAR);
-    lu.entries_mut().copy_from_slice(matrix.as_slice());
-    lu.factor().ok()?;
-    if lu.rank() < n {
-        return None;
-    }
-    let mut x = DVector::zeros(n);
-    lu.solve(right.as_slice(), x.as_mut_slice()).ok()?;
-    Some(x)
-}
-
-/// The twin of [`only_one`], for any rank.
-fn smallest_of_many(matrix: &DMatrix<f64>, right: &DVector<f64>) -> DVector<f64> {
-    let found = SingularValues::of(matrix);
-    found
-        .map_or_else(|| DVector::zeros(matrix.ncols()), |values| values.solve(right, RANK_TOLERANCE * values.largest()))
 }

@@ -26,21 +26,16 @@ impl BlockCholesky {
     /// Finds the blocks of a pattern given as `(row, column)` of the lower triangle.
     /// Indices must be below `n` (see [`super::KktStructure::validate`]).
     pub fn new(n: usize, pattern: &[(usize, usize)]) -> Self {
-        let block_of = connected_blocks(n, pattern.iter().copied());
-        let count = block_of.iter().max().map_or(0, |&last| last + 1);
-
-        let mut members: Vec<Vec<usize>> = vec![Vec::new(); count];
-        let mut place_in_block = vec![0; n];
-        for (unknown, &block) in block_of.iter().enumerate() {
-            place_in_block[unknown] = members[block].len();
-            members[block].push(unknown);
+        let members = connected_blocks(n, pattern.iter().copied());
+        let mut place_of = vec![(0, 0); n];
+        for (block, unknowns) in members.iter().enumerate() {
+            unknowns.iter().enumerate().for_each(|(place, unknown)| place_of[*unknown] = (block, place));
         }
         let places = pattern
             .iter()
             .map(|&(row, column)| {
-                let block = block_of[row];
-                let size = members[block].len();
-                (block, place_in_block[row] + size * place_in_block[column])
+                let (block, place) = place_of[row];
+                (block, place + members[block].len() * place_of[column].1)
             })
             .collect();
         let blocks = members
@@ -160,9 +155,8 @@ impl Block {
     }
 }
 
-/// Label of the block of each of `n` unknowns, which those have in common that `pattern` connects, directly or by others; labels count up in
-/// the order of first unknowns.
-pub fn connected_blocks(n: usize, pattern: impl IntoIterator<Item = (usize, usize)>) -> Vec<usize> {
+/// The blocks of `n` unknowns that `pattern` connects, directly or by others: the members of each, ascending, in the order of their first.
+pub fn connected_blocks(n: usize, pattern: impl IntoIterator<Item = (usize, usize)>) -> Vec<Vec<usize>> {
     let mut parent: Vec<usize> = (0..n).collect();
     for (row, column) in pattern {
         let a = find_root(&mut parent, row);
@@ -171,17 +165,17 @@ pub fn connected_blocks(n: usize, pattern: impl IntoIterator<Item = (usize, usiz
         parent[a.max(b)] = a.min(b);
     }
     let mut label = vec![0; n];
-    let mut next = 0;
+    let mut blocks: Vec<Vec<usize>> = Vec::new();
     for unknown in 0..n {
         let root = find_root(&mut parent, unknown);
         if root == unknown {
-            label[unknown] = next;
-            next += 1;
+            label[unknown] = blocks.len();
+            blocks.push(vec![unknown]);
         } else {
-            label[unknown] = label[root];
+            blocks[label[root]].push(unknown);
         }
     }
-    label
+    blocks
 }
 
 /// Root of an element in a union-find forest; shortens the path behind it.

@@ -3,6 +3,7 @@
 //! Conditions, sharp functions and counted angles are nodes of the equations. Where they can be written in the coordinates that
 //! are integrated, their ranges over a step are computed; elsewhere they are looked at in many places of it.
 
+use std::collections::HashMap;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -281,7 +282,7 @@ impl Bank {
         entry_of: impl Fn(usize) -> Option<usize>,
     ) -> Option<Vec<usize>> {
         let (references, discrete) = (layout.reference_slot(), layout.discrete_slot());
-        let mut entries = Vec::new();
+        let (mut entries, mut numbers) = (Vec::new(), HashMap::new());
         for places in self.divided(graph, nodes) {
             let ranges = Ranges::new(graph, &nodes[places.clone()]);
             let mut sources = Vec::with_capacity(ranges.inputs().len());
@@ -292,8 +293,7 @@ impl Bank {
                     slot if (discrete..layout.acceleration_slot()).contains(&slot) => Source::Discrete(slot - discrete),
                     slot => {
                         let entry = entry_of(slot)?;
-                        let known = entries.iter().position(|known| *known == entry);
-                        Source::Entry(known.unwrap_or_else(|| {
+                        Source::Entry(*numbers.entry(entry).or_insert_with(|| {
                             entries.push(entry);
                             entries.len() - 1
                         }))

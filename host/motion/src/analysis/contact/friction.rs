@@ -13,7 +13,8 @@ use nalgebra::{DMatrix, DVector};
 
 use super::decision::{Choice, Decision};
 use super::shares::{Balance, Holding};
-use super::{Meeting, RANK_TOLERANCE, Shares, block};
+use super::smallest::block;
+use super::{Meeting, RANK_TOLERANCE, Shares};
 
 /// Iterations for the direction of sliding in a plane, and how well it is known then.
 const MOST_TURNS: usize = 2000;

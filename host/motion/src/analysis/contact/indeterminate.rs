@@ -3,7 +3,8 @@
 use nalgebra::{DMatrix, DVector, Dyn, SymmetricEigen};
 
 use super::friction::{norm, pair, unit as direction_of};
-use super::{Grip, Meeting, Pattern, RANK_TOLERANCE, block, blocks};
+use super::smallest::{block, blocks};
+use super::{Grip, Meeting, Pattern, RANK_TOLERANCE};
 
 /// Share of a row in reactions that balance each other above which it takes part.
 pub(super) const TAKES_PART: f64 = 1e-6;

@@ -2,7 +2,8 @@ use nalgebra::{DMatrix, DVector};
 
 use super::decision::{Choice, Decision};
 use super::friction::Held;
-use super::{Grip, Meeting, blocks, only_one, smallest, smallest_of_many};
+use super::smallest::{blocks, only_one, smallest, smallest_of_many};
+use super::{Grip, Meeting};
 use crate::tests::Random;
 
 /// A contact of a body in a plane: where it touches from its centre of mass, the direction of the normal, and its friction.
