@@ -10,7 +10,8 @@
 //! |---|---|
 //! | `source.rs` | a folder of results, read |
 //! | `report.rs` | the page of one or several runs |
-//! | `sections.rs` | its parts that are text: verdict, figures, audit, events, provenance |
+//! | `sections.rs` | its parts that are text: verdict, figures, audit, remedies, provenance |
+//! | `events.rs` | how often contacts struck, closed and opened |
 //! | `pack.rs` | its data for the scripts |
 //! | `curves.rs` | plots as drawings, where there are no scripts |
 //! | `page/` | the frame of a page, tables, charts |
@@ -18,6 +19,7 @@
 
 mod curves;
 mod elements;
+mod events;
 mod pack;
 pub mod page;
 mod report;

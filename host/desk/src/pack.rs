@@ -12,6 +12,7 @@ use flate2::Compression;
 use flate2::write::DeflateEncoder;
 use serde_json::{Value, json};
 
+use crate::results::{Event, EventKind};
 use crate::source::Source;
 
 /// What the text says it is.
@@ -33,6 +34,7 @@ pub fn pack(sources: &[Source]) -> String {
                 "channels": source.channels,
                 "time": numbers(&mut blocks, &source.table.times),
                 "columns": source.table.columns.iter().map(|column| numbers(&mut blocks, column)).collect::<Vec<_>>(),
+                "events": source.events.iter().map(event).collect::<Vec<_>>(),
                 "motion": source.motion.as_ref().map(|motion| bytes(&mut blocks, motion)),
             })
         })
@@ -45,6 +47,15 @@ pub fn pack(sources: &[Source]) -> String {
     let mut encoder = DeflateEncoder::new(Vec::new(), Compression::default());
     let deflated = encoder.write_all(&whole).and_then(|()| encoder.finish());
     STANDARD.encode(deflated.expect("memory can be written"))
+}
+
+/// Time in the unit of the table, element, row and kind; of an impact what is known of it, in SI units.
+fn event(event: &Event) -> Value {
+    let Event { time, element, row, kind, rates: [before, after], impulse, lost } = event;
+    match kind {
+        EventKind::Impact => json!([time, element, row, kind.name(), before, after, impulse, lost]),
+        _ => json!([time, element, row, kind.name()]),
+    }
 }
 
 fn numbers(blocks: &mut Vec<u8>, values: &[f64]) -> Value {

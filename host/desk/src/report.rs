@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use crate::curves::curves;
 use crate::elements;
+use crate::events;
 use crate::pack::pack;
 use crate::page::html::{escape, page_with};
 use crate::results::ResultsError;
@@ -97,6 +98,10 @@ pub fn report(sources: &[Source], scripts: Scripts) -> String {
             }));
         }
         body.push_str("</div></section>\n");
+        let happened: String = sources.iter().map(|source| events::summary(source, several)).collect();
+        if !happened.is_empty() {
+            body.push_str(&format!("<section><h2>Events</h2>\n{happened}<div id=\"events\"></div></section>\n"));
+        }
         if bundle.is_some() {
             body.push_str("<section><h2>Table</h2>\n<div id=\"table\"></div></section>\n");
         }

@@ -6,7 +6,9 @@ use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
-use crate::results::{CHANNELS_FILE, MOTION_FILE, MOTION_FORMAT, RESULTS_FILE, ResultsError, SUMMARY_FILE, Table};
+use crate::results::{
+    CHANNELS_FILE, Event, Events, MOTION_FILE, MOTION_FORMAT, RESULTS_FILE, ResultsError, SUMMARY_FILE, Table,
+};
 
 /// What a run left in its folder.
 pub struct Source {
@@ -18,6 +20,8 @@ pub struct Source {
     pub channels: Vec<Value>,
     /// `results.csv`.
     pub table: Table,
+    /// `events.csv`, where the run wrote one; times in the unit of the table.
+    pub events: Vec<Event>,
     /// `motion.bin`, where the run wrote one.
     pub motion: Option<Vec<u8>>,
     /// The scene file as it is now, where it can be read.
@@ -46,10 +50,11 @@ impl Source {
                 ),
             });
         }
+        let events = Events::of(folder, 1.0)?;
         let scene = summary.get("scene").and_then(Value::as_str).and_then(|scene| fs::read_to_string(scene).ok());
         let whole = folder.canonicalize().unwrap_or_else(|_| folder.to_path_buf());
         let name = whole.file_name().map_or_else(|| folder.display().to_string(), |name| name.to_string_lossy().into());
-        Ok(Self { name, summary, channels, table, motion: motion(&folder.join(MOTION_FILE))?, scene })
+        Ok(Self { name, summary, channels, table, events, motion: motion(&folder.join(MOTION_FILE))?, scene })
     }
 
     /// A text of the summary; empty where it has none.

@@ -301,3 +301,32 @@ fn curves_of_an_analysis_are_over_what_it_names() {
     assert!(page.contains("aria-label=\"force [N] over angle\"") && page.contains("angle [deg]"), "{page}");
     assert!(!page.contains("over time") && !page.contains("time [deg]"));
 }
+
+const EVENTS: &str = "time,element,kind,row,rate_before,rate_after,impulse,energy_lost\n\
+                      0.5,\"<floor>, left\",impact,gap,-1,0.5,3,0.375\n\
+                      1.25,\"<floor>, left\",impact,gap,-0.5,0,1,0.125\n\
+                      1.25,\"<floor>, left\",closes,gap,,,,\n\
+                      2,brake,sticks,grip,,,,\n";
+
+/// Whatever was written before a run was killed is shown.
+#[test]
+fn events_of_contacts_are_counted_and_listed() {
+    let folder = run("events");
+    assert!(!report(&[read(&folder.0)], Scripts::Without).contains(">Events<"));
+    folder.write("events.csv", format!("{EVENTS}2.5,bra"));
+    let source = read(&folder.0);
+    let page = report(std::slice::from_ref(&source), Scripts::Without);
+    let at = page.find("&lt;floor&gt;, left").unwrap();
+    let row: Vec<&str> = page[at..].split("</tr>").next().unwrap().split('>').skip(1).collect();
+    let cells: Vec<&str> = row.iter().filter_map(|part| part.strip_suffix("</td")).collect();
+    // Row, impacts, closes, sticks, energy lost, first and last: nothing opened or slid.
+    assert_eq!(cells, ["gap", "2", "1", "", "0.5", "0.5", "1.25"]);
+    let (text, _) = unpacked(&pack(&[source]));
+    let events = text["runs"][0]["events"].as_array().unwrap();
+    assert_eq!(events.len(), 4);
+    assert_eq!(events[0], serde_json::json!([0.5, "<floor>, left", "gap", "impact", -1.0, 0.5, 3.0, 0.375]));
+    assert_eq!(events[3], serde_json::json!([2.0, "brake", "grip", "sticks"]));
+    folder.write("events.csv", EVENTS.replace("sticks", "melts"));
+    let refused = Source::read(&folder.0).err().unwrap();
+    assert!(matches!(&refused, ResultsError::NotATable { line: Some(5), .. }), "{refused}");
+}

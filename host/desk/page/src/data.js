@@ -19,6 +19,7 @@ export async function readRuns(text) {
     secondsPerUnit: run.channels[0].si_per_unit,
     times: block(run.time),
     channels: run.channels.slice(1).map((channel, k) => ({ ...channel, values: block(run.columns[k]) })),
+    events: (run.events ?? []).map(([t, element, row, kind, before, after, impulse, lost]) => ({ t, element, row, kind, before, after, impulse, lost })),
     motion: run.motion ? readMotion(block(run.motion)) : null,
   }));
 }

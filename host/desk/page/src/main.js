@@ -3,7 +3,7 @@ import { clockOf } from "./clock.js";
 import { readRuns } from "./data.js";
 import { el } from "./dom.js";
 import { plots } from "./plots.js";
-import { tables } from "./table.js";
+import { eventLists, tables } from "./table.js";
 import { theme } from "./theme.js";
 import { motions } from "./view.js";
 
@@ -26,6 +26,8 @@ async function begin() {
   if (curves) {
     shown.charts = plots(curves, runs, clock);
     tables(document.getElementById("table"), runs, clock);
+    const events = document.getElementById("events");
+    if (events) eventLists(events, runs, clock);
   }
   // For tests, and for whoever opens the console.
   window.odyn = shown;

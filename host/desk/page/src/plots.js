@@ -14,10 +14,12 @@ export function plots(place, runs, clock, signal) {
   const charts = [];
   const hosts = el("div");
   let differences = false;
+  const happened = runs.flatMap((run) => run.events.map((event) => event.t * run.inFirst));
+  let marked = happened.length > 0;
   const redraw = () => {
     charts.splice(0).forEach((chart) => chart.destroy());
     hosts.replaceChildren();
-    for (const group of groups(runs)) charts.push(chart(hosts, group, runs, clock, differences && runs.length > 1));
+    for (const group of groups(runs)) charts.push(chart(hosts, group, runs, clock, differences && runs.length > 1, marked ? happened : []));
     mark(clock.now);
   };
   const reset = el("button", { type: "button", onclick: () => charts.forEach(whole) }, "Whole time");
@@ -30,6 +32,12 @@ export function plots(place, runs, clock, signal) {
       runs.length > 1
         ? tick(`Differences from ${runs[0].name}`, false, (on) => {
             differences = on;
+            redraw();
+          })
+        : null,
+      happened.length
+        ? tick("Events", marked, (on) => {
+            marked = on;
             redraw();
           })
         : null,
@@ -76,7 +84,7 @@ function groups(runs) {
   });
 }
 
-function chart(hosts, group, runs, clock, differences) {
+function chart(hosts, group, runs, clock, differences, events) {
   const shown = differences ? runs.slice(1) : runs;
   const tables = shown.map((run) => tableOf(run, group, differences ? runs[0] : null));
   const data = tables.length > 1 ? uPlot.join(tables) : tables[0];
@@ -113,6 +121,7 @@ function chart(hosts, group, runs, clock, differences) {
     ],
     series: [{ label: runs[0].over === "time" ? "t" : runs[0].over, value: (_, x) => short(x) }, ...series],
     hooks: {
+      drawAxes: [(u) => lines(u, events)],
       setCursor: [
         (u) => {
           // Moved by a person over this chart, not by the clock or by another chart.
@@ -126,6 +135,22 @@ function chart(hosts, group, runs, clock, differences) {
   const host = el("figure", { class: "chart", "aria-label": `${label} over ${runs[0].over}: ${group.names.join(", ")}` });
   hosts.append(host);
   return new uPlot(options, data, host);
+}
+
+/** A faint line behind the curves at each time, one per pixel. */
+function lines(u, times) {
+  const { left, top, width, height } = u.bbox;
+  const drawn = new Set(times.map((t) => Math.round(u.valToPos(t, "x", true))).filter((x) => x >= left && x <= left + width));
+  u.ctx.save();
+  u.ctx.strokeStyle = color("--event");
+  u.ctx.lineWidth = devicePixelRatio;
+  u.ctx.beginPath();
+  for (const x of drawn) {
+    u.ctx.moveTo(x, top);
+    u.ctx.lineTo(x, top + height);
+  }
+  u.ctx.stroke();
+  u.ctx.restore();
 }
 
 function channelsOf(run, group) {

@@ -217,6 +217,33 @@ async function units() {
   await context.close();
 }
 
+/** What happened to contacts is listed, narrowed to one of them, marked in the plots, and takes everything to its time. */
+async function contacts() {
+  const folder = run("scenes/verification/plane-contact-friction.toml", "contacts");
+  const lines = readFileSync(join(folder, "events.csv"), "utf8").trim().split("\n").slice(1);
+  const all = lines.map((line) => line.split(","));
+  const { page, context, faults } = await open(join(folder, "report.html"));
+  const rows = page.locator("#events tbody tr");
+  assert.equal(await rows.count(), Math.min(25, all.length));
+  assert.match(await page.locator("#events [role=status]").innerText(), new RegExp(`of ${all.length}$`));
+  const [t, name] = all.find(([t, , kind]) => kind === "sticks" && Number(t) > 0);
+  await page.getByLabel("Contact").selectOption(name);
+  const own = all.filter(([, element]) => element === name);
+  assert.equal(await rows.count(), Math.min(25, own.length));
+  await rows.nth(own.findIndex((event) => event[0] === t && event[2] === "sticks")).getByRole("button").click();
+  assert.ok(Math.abs((await page.evaluate(() => window.odyn.clock.now)) - Number(t)) < 1e-12);
+  await page.mouse.move(5, 5);
+  const shot = () => page.locator(".chart").first().screenshot();
+  const marked = await shot();
+  await page.getByRole("checkbox", { name: "Events" }).uncheck();
+  assert.ok(!marked.equals(await shot()), "events are marked in plots");
+  await page.getByRole("checkbox", { name: "Events" }).check();
+  await accessible(page, "contacts");
+  await picture(page, "contacts", { fullPage: true });
+  assert.deepEqual(faults, []);
+  await context.close();
+}
+
 /** *Show* chooses a mode: the time stays within its period, the picture is another, and its largest swing is the mode's shape. */
 async function modes() {
   const folder = join(work, "modes");
@@ -313,6 +340,7 @@ try {
   const ready = await compressor();
   await two();
   await units();
+  await contacts();
   await modes();
   await hostile();
   const rate = await frames();

@@ -3,6 +3,8 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
+use serde::Deserialize;
+
 use super::error::ResultsError;
 
 /// Name of the file in a folder of results.
@@ -12,7 +14,8 @@ pub const EVENTS_FILE: &str = "events.csv";
 const HEADER: &str = "time,element,kind,row,rate_before,rate_after,impulse,energy_lost";
 
 /// What happened.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum EventKind {
     /// A contact struck.
     Impact,
@@ -120,31 +123,32 @@ impl Events {
         super::replace(path, text.as_bytes(), false)
     }
 
+    /// Those of a folder of results, whose unit of time is `unit`, s; none where it has no such file.
+    ///
+    /// # Errors
+    /// [`ResultsError::Read`], [`ResultsError::NotATable`].
+    pub fn of(folder: &Path, unit: f64) -> Result<Vec<Event>, ResultsError> {
+        let path = folder.join(EVENTS_FILE);
+        if path.exists() { read(&path, unit) } else { Ok(Vec::new()) }
+    }
+
     /// Elements and rows that something happened to, each with the first time, s: also what a run that is continued has in its file.
     ///
     /// # Errors
     /// [`ResultsError::Read`].
     pub fn first(&self, kind: EventKind) -> Result<Vec<([String; 2], f64)>, ResultsError> {
         let mut found: Vec<([String; 2], f64)> = Vec::new();
-        let mut take = |what: [&str; 2], time: f64| match found.iter_mut().find(|(names, _)| *names == what) {
-            Some((_, first)) => *first = first.min(time),
-            None => found.push((what.map(String::from), time)),
-        };
-        if let Some(path) = &self.file {
-            let failed = |error: csv::Error| ResultsError::Read { path: path.clone(), cause: error.into() };
-            let mut lines = csv::Reader::from_path(path).map_err(failed)?;
-            for line in lines.records() {
-                let line = line.map_err(failed)?;
-                let time = line.get(0).and_then(|word| word.parse::<f64>().ok());
-                if let (Some(time), Some(element), Some(row)) = (time, line.get(1), line.get(3))
-                    && line.get(2) == Some(kind.name())
-                {
-                    take([element, row], time * self.unit);
-                }
+        let own = |event: &&Event| event.kind == kind;
+        let mut take = |event: &Event| {
+            let Event { element, row, time, .. } = event;
+            match found.iter_mut().find(|([of, at], _)| of == element && at == row) {
+                Some((_, first)) => *first = first.min(*time),
+                None => found.push(([element.clone(), row.clone()], *time)),
             }
-        } else {
-            let own = self.list.iter().filter(|event| event.kind == kind);
-            own.for_each(|event| take([&event.element, &event.row], event.time));
+        };
+        match &self.file {
+            Some(path) => read(path, self.unit)?.iter().filter(own).for_each(&mut take),
+            None => self.list.iter().filter(own).for_each(&mut take),
         }
         Ok(found)
     }
@@ -169,4 +173,40 @@ impl Events {
         let written = line.and_then(|line| open()?.write_all(&line));
         written.map_err(|cause| ResultsError::write(path, cause))
     }
+}
+
+/// A line of the file.
+#[derive(Deserialize)]
+struct Line {
+    time: f64,
+    element: String,
+    kind: EventKind,
+    row: String,
+    rate_before: Option<f64>,
+    rate_after: Option<f64>,
+    impulse: Option<f64>,
+    energy_lost: Option<f64>,
+}
+
+/// All events of a file, but for a last line that was not written to its end.
+fn read(path: &Path, unit: f64) -> Result<Vec<Event>, ResultsError> {
+    let text = std::fs::read_to_string(path).map_err(|cause| ResultsError::Read { path: path.into(), cause })?;
+    let whole = text.rfind('\n').map_or("", |end| &text[..end]);
+    let event = |line: Result<Line, csv::Error>| match line {
+        Ok(line) => Ok(Event {
+            time: line.time * unit,
+            element: line.element,
+            row: line.row,
+            kind: line.kind,
+            rates: [line.rate_before, line.rate_after].map(Option::unwrap_or_default),
+            impulse: line.impulse.unwrap_or_default(),
+            lost: line.energy_lost.unwrap_or_default(),
+        }),
+        Err(error) => Err(ResultsError::NotATable {
+            path: path.into(),
+            line: error.position().map(csv::Position::line),
+            reason: format!("it is not what a run writes ({error})"),
+        }),
+    };
+    csv::Reader::from_reader(whole.as_bytes()).deserialize().map(event).collect()
 }
