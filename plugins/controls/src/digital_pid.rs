@@ -10,7 +10,8 @@
 //! u_k = min(max(v_k, low), high)                                            (3)
 //! ```
 //!
-//! I_k stays I_(k-1) where v_k is beyond a limit and k_i e_k drives it further (clamping); the derivative is zero at the first sample.
+//! Where v_k is beyond a limit and k_i e_k drives it further, I_k stays I_(k-1), and (2) and (3) hold with that (clamping); the
+//! derivative is zero at the first sample.
 //! With `delay`, what is computed at one sample goes out at the next, as in a controller that needs its period to compute.
 //!
 //! Source: Astrom & Wittenmark, Computer-Controlled Systems (1997), section 8.5.
