@@ -5,6 +5,7 @@
 
 #![forbid(unsafe_code)]
 
+pub mod digital_filter;
 pub mod digital_pid;
 pub mod gain;
 pub mod integral;
@@ -33,6 +34,7 @@ element_api::export_plugin! {
         integral::Integral,
         pid::Pid,
         digital_pid::DigitalPid,
+        digital_filter::DigitalFilter,
         transfer_function::TransferFunction,
         state_space::StateSpace,
     ],

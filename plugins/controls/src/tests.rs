@@ -5,6 +5,7 @@ use element_api::recording::Role;
 use element_api::set::CreateError;
 use element_api::testkit::{self, ForceValues, Probe, Random, Setting};
 
+use crate::digital_filter::DigitalFilter;
 use crate::digital_pid::DigitalPid;
 use crate::gain::Gain;
 use crate::integral::Integral;
@@ -51,6 +52,21 @@ mod contract {
         fulfilled::<DigitalPid>("period = 0.01\nkp = 2.0\nki = 5.0\nkd = 0.3\nlow = -1.0\nhigh = 1.0");
         fulfilled::<DigitalPid>("period = 0.01\nkp = 2.0\ndelay = true");
         assert_eq!(accepted::<DigitalPid>("period = 0.02").recording.sample_period(), Some(0.02));
+    }
+
+    #[test]
+    fn digital_filter() {
+        const BIQUAD: &str = "numerator = [0.5, 0.2, -0.3]\ndenominator = [2.0, -1.0, 0.8]";
+        for params in [
+            "numerator = [1.0]",
+            "numerator = [1.0]\ndelay = 0.03",
+            "denominator = [1.0, -0.5]\nnumerator = [0.5]",
+            BIQUAD,
+        ] {
+            fulfilled::<DigitalFilter>(&format!("period = 0.01\n{params}"));
+        }
+        fulfilled::<DigitalFilter>(&format!("period = 0.01\ndelay = 0.02\ninitial_input = 3.0\n{BIQUAD}"));
+        assert_eq!(accepted::<DigitalFilter>("period = 0.02\nnumerator = [1.0]").recording.sample_period(), Some(0.02));
     }
 
     #[test]
@@ -343,6 +359,15 @@ fn parameters_that_can_not_be_used_are_refused_by_name() {
         (refusal::<TransferFunction>("numerator = [1.0]\ndenominator = []"), "denominator", "not zero"),
         (refusal::<TransferFunction>("numerator = [1.0]\ndenominator = [0.0, 1.0]"), "denominator", "not zero"),
         (refusal::<TransferFunction>("numerator = [1.0, 0.0]\ndenominator = [1.0]"), "numerator", "higher powers"),
+        (refusal::<DigitalFilter>("period = 0.1\nnumerator = []"), "numerator", "at least one"),
+        (refusal::<DigitalFilter>("period = 0.1\nnumerator = [1.0]\ndenominator = [0.0]"), "denominator", "not zero"),
+        (refusal::<DigitalFilter>("period = 0.1\nnumerator = [1.0]\ndelay = 0.25"), "delay", "whole number of periods"),
+        (refusal::<DigitalFilter>("period = 0.1\nnumerator = [1.0]\ndelay = 1e4"), "delay", "a longer period"),
+        (
+            refusal::<DigitalFilter>("period = 0.1\nnumerator = [1.0]\ndenominator = [1.0, -1.0]\ninitial_input = 1.0"),
+            "initial_input",
+            "settles at nothing",
+        ),
         (refusal::<StateSpace>("a = []\nb = []\nc = []"), "b", "at least one"),
         (refusal::<StateSpace>("a = [1.0]\nb = [1.0, 2.0]\nc = [1.0, 2.0]"), "a", "needs 4 numbers"),
         (refusal::<StateSpace>("a = [1.0]\nb = [1.0]\nc = [1.0, 2.0]"), "c", "needs 1 numbers"),
