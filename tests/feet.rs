@@ -3,8 +3,10 @@
 
 use nalgebra::{Rotation3, Vector3};
 
+use odyn::results::EventKind;
+
 use crate::contacts::{every_way_agrees, run};
-use crate::support::{column, difference};
+use crate::support::{bisected, column, difference};
 
 /// Axes of a frame, one of them turned so that no component of an axis is zero.
 fn frames() -> [Rotation3<f64>; 2] {
@@ -252,6 +254,69 @@ fn a_cube_that_falls_on_an_edge_stays_in_its_plane() {
         let ends = ends_of_cubes(0.4, motion, params);
         for end in &ends {
             assert!(end.x.abs() < 1e-9 && (end - ends[0]).norm() < 1e-9, "{params}: {end} {}", ends[0]);
+        }
+    }
+}
+
+/// A ball that rolls down a fixed one from rest, at an angle from the top, between plates or free.
+fn rolling_off(turn: Rotation3<f64>, is_between: bool) -> String {
+    let at = |x: f64, y: f64, z: f64| list(turn * Vector3::new(x, y, z));
+    let (sin, cos) = 0.1_f64.sin_cos();
+    let middle = at(0.5 * sin, 0.5 * cos, 0.0);
+    let plates = format!(
+        "[[joint]]\nname = \"plates\"\ntype = \"planar\"\nbodies = [\"ground\", \"ball\"]\npoint = {middle}\naxis = {}\n",
+        at(0.0, 0.0, 1.0)
+    );
+    let outputs = ["x", "y", "z"].map(|axis| {
+        format!("[[output]]\nname = \"{axis}\"\nquantity = \"position\"\nof = \"ball\"\ncomponent = \"{axis}\"\n")
+    });
+    head(&at(0.0, -9.81, 0.0), 0.8)
+        + &format!(
+            r#"
+[[body]]
+name = "ball"
+mass = 1
+inertia = [0.004, 0.004, 0.004]
+position = {middle}
+[[joint]]
+name = "touch"
+type = "ball-contact"
+bodies = ["ground", "ball"]
+frames = [{{ position = [0, 0, 0] }}, {{ position = [0, 0, 0] }}]
+params = {{ radius_i = 0.4, radius_j = 0.1, mu = 0.6 }}
+{}
+{}
+"#,
+            if is_between { plates } else { String::new() },
+            outputs.concat(),
+        )
+}
+
+/// The directions in which friction acts turn with the contact, and so does what of it the plates could hold as well. It slides where
+/// 2/7 sin(theta) = mu (17/7 cos(theta) - 10/7 cos(theta_0)): what takes up its weight less what its speed takes of that.
+#[test]
+fn a_ball_between_plates_slides_off_another_one_as_a_free_one_does() {
+    let (mu, begin, gravity, way) = (0.6, 0.1_f64, 9.81, 0.5);
+    let left = |angle: f64| mu * (17.0 * angle.cos() - 10.0 * begin.cos()) - 2.0 * angle.sin();
+    let end = bisected(begin, 1.5, left);
+    // Simpson's rule for the time, in the square root of the angle, where the speed is not zero.
+    let part = |u: f64| {
+        let height = 2.0 * (begin + 0.5 * u * u).sin() * (0.5 * u * u).sin() / (u * u);
+        2.0 / (10.0 / 7.0 * gravity / way * height).sqrt()
+    };
+    let (count, last) = (2000_u32, (end - begin).sqrt());
+    let weight = |k: u32| if k == 0 || k == count { 1.0 } else { 2.0 + 2.0 * f64::from(k % 2) };
+    let length = last / f64::from(count);
+    let time = (0..=count).map(|k| weight(k) * part(length * f64::from(k).max(1e-3))).sum::<f64>() * length / 3.0;
+    for turn in frames() {
+        let [held, free] = [true, false].map(|is_between| every_way_agrees(&rolling_off(turn, is_between), 1e-7));
+        for report in [&held, &free] {
+            let slides = report.events.iter().find(|event| event.kind == EventKind::Slides).expect("it slides").time;
+            assert!((slides - time).abs() < 1e-7, "{slides}, expected {time}");
+        }
+        for name in ["x", "y", "z"] {
+            let off = difference(column(&held, name), column(&free, name));
+            assert!(off < 1e-8, "`{name}` differs by {off:.1e}");
         }
     }
 }

@@ -284,3 +284,70 @@ fn a_freewheel_closes_at_a_dead_centre_of_what_drives_it() {
     let [rocker, wheel] = ["rocker", "wheel"].map(|name| column(&report, name));
     assert!(rocker.iter().zip(wheel).all(|(rocker, wheel)| *wheel > rocker - 1e-9 && *wheel > -1e-9));
 }
+
+/// A wheel that is driven strikes the tail of a hinged hammer with its pin, and lifts it on, until the hammer flies ahead: its motion is that of the
+/// pin, whatever friction there is, and so is the time at which nothing presses any longer. There what friction depends on is
+/// nothing beside what it is added to.
+#[test]
+fn a_lifted_hammer_leaves_its_pin_whatever_the_friction_is() {
+    let hammer = |friction: &str| {
+        format!(
+            r#"
+[plugins]
+libraries = ["joints"]
+[simulation]
+gravity = [0, -9.81, 0]
+t_end = 0.2
+output_step = 0.005
+tolerance = 1e-10
+[[body]]
+name = "wheel"
+mass = 3
+inertia = [0.05, 0.05, 0.05]
+angular_velocity = [0, 0, -5.22]
+[[body]]
+name = "hammer"
+mass = 2
+inertia = [0.02, 0.02, 0.02]
+position = [0.68, 0, 0]
+[[joint]]
+name = "pin"
+type = "ball-contact"
+bodies = ["wheel", "hammer"]
+frames = [{{ position = [0.1755, 0.0959, 0] }}, {{ position = [-0.5, 0, 0] }}]
+params = {{ radius_i = 0.015, radius_j = 0.015{friction} }}
+[[joint]]
+name = "shaft"
+type = "revolute"
+bodies = ["ground", "wheel"]
+axis = [0, 0, 1]
+[[joint]]
+name = "motor"
+type = "rotation-driver"
+bodies = ["ground", "wheel"]
+axis = [0, 0, 1]
+params.angle = "-5.22 * t"
+[[joint]]
+name = "hinge"
+type = "revolute"
+bodies = ["ground", "hammer"]
+point = [0.33, 0, 0]
+axis = [0, 0, 1]
+[[output]]
+name = "height"
+quantity = "position"
+of = "hammer"
+component = "y"
+"#
+        )
+    };
+    let leaves = |friction: &str| {
+        let report = every_way_agrees(&hammer(friction), 1e-7);
+        report.events.iter().find(|event| event.kind == EventKind::Opens).expect("it flies ahead").time
+    };
+    let smooth = leaves("");
+    for friction in [", mu = 0.1", ", mu = 0.23"] {
+        let time = leaves(friction);
+        assert!((time - smooth).abs() < 1e-9, "{friction}: {time}, without friction {smooth}");
+    }
+}

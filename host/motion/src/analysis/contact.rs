@@ -226,6 +226,16 @@ impl Contacts {
         if square > 0.0 { square.sqrt() } else { 1.0 }
     }
 
+    /// The Jacobian of the rows that always hold, and of these contacts and their frictions, where [`Contacts::look`] looked last.
+    #[must_use]
+    pub fn gradients(&self, touching: &[usize]) -> Vec<f64> {
+        let of_contacts = touching.iter().flat_map(|k| self.contacts[*k].rows());
+        let is_own = |friction: &&Friction| friction.contact.is_none_or(|contact| touching.contains(&contact));
+        let of_frictions = self.frictions.iter().filter(is_own).flat_map(|friction| friction.rows.iter().copied());
+        let rows = self.always.iter().copied().chain(of_contacts).chain(of_frictions);
+        rows.flat_map(|row| self.rows.jacobian()[self.rows.structure.row(row)].iter().copied()).collect()
+    }
+
     /// The Jacobian of a row where it was evaluated last.
     fn row(&self, row: usize) -> Vec<(usize, f64)> {
         let pattern = &self.rows.structure.jacobian;

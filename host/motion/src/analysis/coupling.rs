@@ -31,6 +31,8 @@ const CANCELLED: f64 = 1e-3;
 
 /// Iterations after which nothing is gained any more where Newton's steps are exact.
 const EXACT_STEPS: usize = 3;
+/// What is left of a difference after an exact step is round-off if it is more than this share of it.
+const LEFT: f64 = 0.1;
 
 /// Solves the equations of motion for given loads and right side of the constraints.
 pub(super) trait Solve {
@@ -68,7 +70,7 @@ pub(super) struct Coupling {
     started: bool,
     /// Whether F is linear. Newton's step then is exact unless I - F_z is singular, and what is left of the difference is round-off of
     /// F: where all accelerations vanish, no share of them. Where F is nothing, steps of z become smaller without end and change nothing
-    /// of F.
+    /// of F, or only those of its parts that are not added to what is larger: these converge, but as slowly as they do alone.
     linear: bool,
     iteration: usize,
     /// The smallest change so far.
@@ -157,7 +159,7 @@ impl Coupling {
         let Change { own: change, whole } = self.change(inputs);
         let regular = self.matrix.rank() == self.slots.len();
         let settled =
-            change >= self.best || self.slots.iter().zip(&self.found).all(|(slot, was)| inputs[*slot] == *was);
+            change >= LEFT * self.best || self.slots.iter().zip(&self.found).all(|(slot, was)| inputs[*slot] == *was);
         let exact = self.linear && regular && self.iteration > EXACT_STEPS && settled;
         if change <= CLOSE || (whole <= CLOSE_ENOUGH && change >= self.best) || exact {
             self.started = true;
@@ -414,6 +416,15 @@ mod tests {
         // F(z) = 0.06 z, as the difference of what is larger.
         let count = iterations(&mut coupling, |z| (1.0 + 0.06 * z) - 1.0, |_, _| 0.06);
         assert!(coupling.z[0].abs() < 1e-15 && count < 10, "{:e}, {count}", coupling.z[0]);
+    }
+
+    /// What is added to something larger does not follow steps of a solution that is nothing, and the rest by itself follows them too far.
+    #[test]
+    fn a_solution_that_is_nothing_is_found_where_only_a_part_follows_it() {
+        let mut coupling = of_one(1.001e-17, 1..2);
+        let solution = |z: f64| (1.0 + 0.74 * z) - 1.0 + (1.58e-17 - 0.58 * z);
+        let count = iterations(&mut coupling, solution, |_, _| 0.74 - 0.58);
+        assert!((coupling.z[0] - 1e-17).abs() < 1e-19 && count < 10, "{:e}, {count}", coupling.z[0]);
     }
 
     /// What is but a small part of the solution is not differentiated along steps of its own size.

@@ -227,11 +227,15 @@ impl Meeting {
         Pattern { closed, sticking, sliding, several: Vec::new(), forces, wide }
     }
 
-    /// What frictions that stick have in balance with each other, and where that is shared as well, with contacts that are closed.
+    /// What frictions that stick have in balance with each other, and where that is shared as well, with contacts that are closed; where
+    /// speeds are of this size.
     #[must_use]
-    pub fn shares(&self, pattern: &Pattern) -> Shares {
+    pub fn shares(&self, pattern: &Pattern, speed: f64) -> Shares {
         let grip = |number: usize| self.grips.iter().find(|grip| grip.number == number);
-        let sliding = pattern.sliding.iter().filter_map(|(number, way)| Some((grip(*number)?, *way)));
+        let sliding = pattern.sliding.iter().filter_map(|(number, way)| {
+            let grip = grip(*number)?;
+            Some((grip, self.moving(grip, speed).unwrap_or(*way)))
+        });
         let holding = Holding {
             closed: if pattern.wide { &pattern.closed } else { &[] },
             sticking: pattern.sticking.iter().filter_map(|number| grip(*number)).collect(),

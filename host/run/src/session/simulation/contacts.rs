@@ -1,6 +1,6 @@
 //! Unilateral rows during a run: where steps must end, and which rows are enforced from then on. What happens there: `settle.rs`.
 
-use super::frictions::Sliding;
+use super::frictions::{Shared, Sliding};
 use super::levels::{Pressed, TOUCHING};
 use super::watch::RowValues;
 use super::{Part, Simulation};
@@ -54,6 +54,8 @@ pub(super) struct Touch {
     pub(super) idle: Vec<usize>,
     /// What frictions that stick share.
     pub(super) shares: Shares,
+    /// What that was found of.
+    pub(super) shared: Shared,
     /// What each contact presses with, where it was looked last.
     pub(super) normals: Vec<f64>,
     /// What each friction holds, and what it may hold, or which share of the reaction of its contact, where it was looked last.
@@ -113,6 +115,7 @@ impl Touch {
             rates: Part::near(formulation, equations, &rates, layout),
             idle: Vec::new(),
             shares: Shares::default(),
+            shared: Shared::default(),
             normals: vec![0.0; contacts.len()],
             holds: vec![([0.0; 2], 0.0); frictions.len()],
             gradients: vec![1.0; values.len()],
@@ -173,6 +176,10 @@ impl Simulation<'_> {
             for (own, [limit, x, y]) in touch.holds.iter_mut().zip(found[first..].as_chunks().0) {
                 *own = ([*x, *y], *limit);
             }
+            self.share_anew(t, y)?;
+        }
+        let Some(touch) = &mut self.touch else { return Ok(()) };
+        if !touch.closed.is_empty() {
             touch.leave(values);
         }
         for (value, (level, size)) in values.iter_mut().zip(touch.levels.iter().zip(&touch.sizes)) {

@@ -2,7 +2,7 @@
 
 use super::contacts::Touch;
 use super::{Heat, Simulation};
-use crate::analysis::{AnalysisError, Balance, Shares};
+use crate::analysis::{AnalysisError, Balance, Meeting, Pattern, Shares};
 use crate::results::EventKind;
 
 /// Speed in a plane below which its direction is left as it was, in tolerances.
@@ -10,6 +10,20 @@ const NO_DIRECTION: f64 = 10.0;
 
 /// Share of the speeds in a scene that is a motion.
 const STIRS: f64 = 1e-6;
+
+/// Changes of gradients, as a share of the largest of their parts, that turn no balance of forces.
+const TURNS: f64 = 1e-13;
+
+/// What shares were found of, to be found again where it has moved: balances of forces turn with it.
+#[derive(Debug, Default)]
+pub(super) struct Shared {
+    touching: Vec<usize>,
+    pattern: Option<Pattern>,
+    /// Contacts and frictions that have no part in it since: see [`Shares::leave_out`].
+    left_out: Vec<[Option<usize>; 2]>,
+    /// Where it was found last: see [`Contacts::gradients`](crate::analysis::Contacts::gradients).
+    gradients: Vec<f64>,
+}
 
 /// Where some frictions slide to.
 pub(super) type Sliding = Vec<(usize, [f64; 2])>;
@@ -54,6 +68,23 @@ impl Touch {
         frictions.for_each(|(place, size)| values[first + self.shares.frictions[place].0] = margin / size);
     }
 
+    /// Takes what is shared from here on, where contacts meet.
+    pub(super) fn share_of(&mut self, meeting: &Meeting, pattern: &Pattern, speed: f64) {
+        self.shares = meeting.shares(pattern, speed);
+        self.shared = Shared {
+            touching: meeting.touching.clone(),
+            pattern: (!self.shares.is_empty()).then(|| pattern.clone()),
+            left_out: Vec::new(),
+            gradients: self.contacts.gradients(&meeting.touching),
+        };
+    }
+
+    /// See [`Shares::leave_out`].
+    fn leave_out(&mut self, contact: Option<usize>, friction: Option<usize>) {
+        self.shared.left_out.push([contact, friction]);
+        self.shares.leave_out(contact, friction);
+    }
+
     /// Lets those that are closed and stick share what they hold. Gives the margin.
     fn share(&mut self) -> Option<f64> {
         let Shares { contacts, frictions, .. } = &self.shares;
@@ -92,6 +123,32 @@ impl Touch {
 }
 
 impl Simulation<'_> {
+    /// Finds again at a state what is shared.
+    ///
+    /// # Errors
+    /// See [`AnalysisError`].
+    pub(super) fn share_anew(&mut self, t: f64, state: &[f64]) -> Result<(), AnalysisError> {
+        let speed = self.speed();
+        if self.touch.as_ref().is_none_or(|touch| touch.shares.is_empty()) {
+            return Ok(());
+        }
+        let inputs = self.formulation.observe(t, state, false)?.inputs.to_vec();
+        let velocities = self.layout.velocities_in(&inputs);
+        let Some(touch) = &mut self.touch else { return Ok(()) };
+        touch.contacts.look(&inputs, &velocities, self.formulation.sets())?;
+        let Shared { touching, pattern, left_out, gradients } = &mut touch.shared;
+        let now = touch.contacts.gradients(touching);
+        let largest = now.iter().fold(0.0_f64, |most, slope| most.max(slope.abs()));
+        let is_turned = now.iter().zip(&*gradients).any(|(now, was)| (now - was).abs() > TURNS * largest);
+        let Some(pattern) = pattern.as_ref().filter(|_| is_turned) else { return Ok(()) };
+        let holds = &touch.holds;
+        let meeting = touch.contacts.meeting(touching, |number| (holds[number].1, true), &velocities)?;
+        touch.shares = meeting.shares(pattern, speed);
+        left_out.iter().for_each(|[contact, friction]| touch.shares.leave_out(*contact, *friction));
+        *gradients = now;
+        Ok(())
+    }
+
     /// Those that slide now.
     pub(super) fn sliding(&self) -> Sliding {
         self.touch.as_ref().map_or_else(Vec::new, |touch| touch.sliding(&self.discrete))
@@ -178,15 +235,15 @@ impl Simulation<'_> {
             let size = held[0].hypot(held[1]);
             sliding.push((number, held.map(|x| x / size)));
             let contact = touch.contacts.frictions()[number].contact;
-            touch.shares.leave_out(contact, Some(number));
+            touch.leave_out(contact, Some(number));
         } else {
-            touch.shares.leave_out(Some(contact), None);
+            touch.leave_out(Some(contact), None);
             let frictions = touch.contacts.frictions().iter().enumerate();
             let own = frictions.filter(|(_, friction)| friction.contact == Some(contact)).map(|(number, _)| number);
             for number in own.collect::<Vec<_>>() {
                 closed.retain(|one| *one != first + number);
                 sliding.retain(|(other, _)| *other != number);
-                touch.shares.leave_out(Some(contact), Some(number));
+                touch.leave_out(Some(contact), Some(number));
             }
         }
         self.let_slide(&sliding);

@@ -60,7 +60,7 @@ impl Simulation<'_> {
             let Some(pattern) = pattern else { continue };
             let approaches = (0..meeting.touching.len()).any(|k| meeting.approaches(k, speed));
             if !approaches && !meeting.slides_back(&pattern, speed) {
-                let closed = self.take_pattern(&meeting, &pattern);
+                let closed = self.take_pattern(&meeting, &pattern, speed);
                 self.report_events(t, &strikes, &closed, (slid, &pattern.sliding), speed)?;
                 let mut open = meeting.indeterminate(&pattern, &accelerations, sizes).unwrap_or_default();
                 open.moving.extend(pattern.several.iter().map(|k| Holder::Contact(*k)));
@@ -193,7 +193,7 @@ impl Simulation<'_> {
     }
 
     /// Takes over what was decided. Gives what is closed and sticks.
-    fn take_pattern(&mut self, meeting: &Meeting, pattern: &Pattern) -> Vec<usize> {
+    fn take_pattern(&mut self, meeting: &Meeting, pattern: &Pattern, speed: f64) -> Vec<usize> {
         let is_idle = |grip: &&Grip| {
             let acts = grip.contact.is_none_or(|contact| pattern.closed.contains(&contact));
             let slides = pattern.sliding.iter().any(|(number, _)| *number == grip.number);
@@ -204,7 +204,7 @@ impl Simulation<'_> {
             closed.extend(pattern.sticking.iter().map(|number| touch.first_friction() + number));
             closed.sort_unstable();
             touch.idle = meeting.grips.iter().filter(is_idle).map(|grip| grip.number).collect();
-            touch.shares = meeting.shares(pattern);
+            touch.share_of(meeting, pattern, speed);
         }
         self.let_slide(&pattern.sliding);
         closed
