@@ -32,6 +32,9 @@ const CANCELLED: f64 = 1e-3;
 /// Iterations after which nothing is gained any more where Newton's steps are exact.
 const EXACT_STEPS: usize = 3;
 
+/// Share of the smallest difference so far below which another is a gain.
+const FALLS: f64 = 0.1;
+
 /// Solves the equations of motion for given loads and right side of the constraints.
 pub(super) trait Solve {
     /// Accelerations and multipliers (one per row in use) for `loads` and, unless only a change of loads is asked about,
@@ -51,6 +54,8 @@ pub(super) trait Solve {
 struct Change {
     own: f64,
     whole: f64,
+    /// The largest difference of accelerations, and of multipliers, as it is.
+    plain: [f64; 2],
 }
 
 /// Newton's method for z. Whoever uses it solves the equations of motion between [`Coupling::begin`] and the calls of
@@ -73,6 +78,8 @@ pub(super) struct Coupling {
     iteration: usize,
     /// The smallest change so far.
     best: f64,
+    /// The smallest differences so far, of accelerations and of multipliers.
+    least: [f64; 2],
     /// F(z) of the last iteration.
     found: Vec<f64>,
     /// The largest acceleration that a load by itself would cause; zero where that is not known.
@@ -95,6 +102,7 @@ impl Coupling {
             linear,
             iteration: 0,
             best: f64::INFINITY,
+            least: [f64::INFINITY; 2],
             found: vec![f64::NAN; n],
             unbalanced: 0.0,
         }
@@ -138,7 +146,7 @@ impl Coupling {
         if !self.started {
             self.z.fill(0.0);
         }
-        (self.iteration, self.best) = (0, f64::INFINITY);
+        (self.iteration, self.best, self.least) = (0, f64::INFINITY, [f64::INFINITY; 2]);
         self.write(inputs);
     }
 
@@ -154,16 +162,21 @@ impl Coupling {
         counters: &mut Counters,
         slopes: impl FnOnce(&mut [f64], &mut [f64]) -> Result<(), AnalysisError>,
     ) -> Result<bool, AnalysisError> {
-        let Change { own: change, whole } = self.change(inputs);
+        let Change { own: change, whole, plain } = self.change(inputs);
         let regular = self.matrix.rank() == self.slots.len();
-        let settled =
-            change >= self.best || self.slots.iter().zip(&self.found).all(|(slot, was)| inputs[*slot] == *was);
+        // A step from far off leaves its own round-off, which is a share of what it was and nothing of what is solved for.
+        let falls = plain.iter().zip(&self.least).any(|(now, least)| *now < FALLS * least);
+        let same = self.slots.iter().zip(&self.found).all(|(slot, was)| inputs[*slot] == *was);
+        let settled = same || (change >= self.best && !falls);
         let exact = self.linear && regular && self.iteration > EXACT_STEPS && settled;
-        if change <= CLOSE || (whole <= CLOSE_ENOUGH && change >= self.best) || exact {
+        // The first guess of all is none that Newton's method has come to.
+        let is_newtons = self.iteration > usize::from(!self.started);
+        if change <= CLOSE || (whole <= CLOSE_ENOUGH && is_newtons && settled) || exact {
             self.started = true;
             return Ok(true);
         }
         self.best = self.best.min(change);
+        self.least = std::array::from_fn(|kind| self.least[kind].min(plain[kind]));
         self.iteration += 1;
         if change.is_nan() || self.iteration == MOST_ITERATIONS {
             self.started = false;
@@ -206,18 +219,20 @@ impl Coupling {
     fn change(&self, inputs: &[f64]) -> Change {
         let mut most = [&self.accelerations, &self.multipliers].map(|slots| largest(&inputs[slots.clone()]));
         most[0] = most[0].max(CANCELLED * self.unbalanced);
-        let mut change = Change { own: 0.0, whole: 0.0 };
+        let mut change = Change { own: 0.0, whole: 0.0, plain: [0.0; 2] };
         for (k, (slot, z)) in self.slots.iter().zip(&self.z).enumerate() {
             let difference = (inputs[*slot] - z).abs();
             if difference == 0.0 {
                 continue;
             }
+            let kind = usize::from(*slot >= self.multipliers.start);
             let own = difference / largest(&inputs[self.peers[k].clone()]);
-            let whole = difference / most[usize::from(*slot >= self.multipliers.start)];
+            let whole = difference / most[kind];
             if own.is_nan() {
-                return Change { own, whole };
+                return Change { own, whole, ..change };
             }
-            change = Change { own: change.own.max(own), whole: change.whole.max(whole) };
+            change.plain[kind] = change.plain[kind].max(difference);
+            change = Change { own: change.own.max(own), whole: change.whole.max(whole), ..change };
         }
         change
     }
@@ -381,6 +396,7 @@ mod tests {
             linear: true,
             iteration: 0,
             best: f64::INFINITY,
+            least: [f64::INFINITY; 2],
             found: vec![f64::NAN],
             unbalanced: 0.0,
         };
@@ -423,5 +439,27 @@ mod tests {
         let mut coupling = of_one(1e-9, 0..2);
         let count = iterations(&mut coupling, solution, |z, step| (solution(z + step) - solution(z)) / step);
         assert!((coupling.z[0] - 2.5e-10).abs() < 1e-15 && count < 6, "{:e}, {count}", coupling.z[0]);
+    }
+
+    /// Where the rest of a solution is far off with the first guess, that guess is no small part of the whole.
+    #[test]
+    fn a_first_guess_is_not_taken_for_a_solution() {
+        let exact = 35.0 / 3.0;
+        let mut coupling = of_one(0.0, 0..2);
+        coupling.forget();
+        let mut inputs = [0.0; 3];
+        coupling.begin(&mut inputs);
+        for _ in 0..MOST_ITERATIONS {
+            let z = inputs[1];
+            inputs = [3e11 * (z - exact), 17.5 - 0.5 * z, 1.0];
+            let slopes = |_: &mut [f64], matrix: &mut [f64]| {
+                matrix[0] = -0.5;
+                Ok(())
+            };
+            if coupling.advance(&mut inputs, &mut Counters::default(), slopes).expect("a solution") {
+                break;
+            }
+        }
+        assert!((inputs[1] - exact).abs() < 1e-12, "{inputs:?}");
     }
 }
