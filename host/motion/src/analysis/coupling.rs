@@ -202,14 +202,22 @@ impl Coupling {
         slopes: impl FnOnce(&mut [f64], &mut [f64]) -> Result<(), AnalysisError>,
     ) -> Result<(), AnalysisError> {
         let n = self.slots.len();
+        // In units in which the largest acceleration and the largest multiplier are one, whatever those of the scene are.
+        let sizes = [&self.accelerations, &self.multipliers].map(|all| largest(&inputs[all.clone()]));
+        let sizes = if sizes.iter().all(|size| *size > f64::MIN_POSITIVE) { sizes } else { [1.0; 2] };
+        let size = |slot: &usize| sizes[usize::from(*slot >= self.multipliers.start)];
+        let sizes: Vec<f64> = self.slots.iter().map(size).collect();
         slopes(inputs, self.matrix.entries_mut())?;
         let entries = self.matrix.entries_mut();
-        entries.iter_mut().for_each(|entry| *entry = -*entry);
+        for (column, along) in entries.chunks_exact_mut(n).zip(&sizes) {
+            column.iter_mut().zip(&sizes).for_each(|(entry, of)| *entry *= -(along / of));
+        }
         entries.iter_mut().step_by(n + 1).for_each(|entry| *entry += 1.0);
         if entries.iter().all(|x| x.is_finite()) {
-            let difference = self.step.clone();
+            let difference: Vec<f64> = self.step.iter().zip(&sizes).map(|(step, size)| step / size).collect();
             self.matrix.factor()?;
             self.matrix.solve(&difference, &mut self.step)?;
+            self.step.iter_mut().zip(&sizes).for_each(|(step, size)| *step *= size);
         }
         self.z.iter_mut().zip(&self.step).for_each(|(z, step)| *z += step);
         Ok(())
@@ -450,8 +458,7 @@ mod tests {
         let mut inputs = [0.0; 3];
         coupling.begin(&mut inputs);
         for _ in 0..MOST_ITERATIONS {
-            let z = inputs[1];
-            inputs = [3e11 * (z - exact), 17.5 - 0.5 * z, 1.0];
+            inputs = [3e11 * (inputs[1] - exact), 17.5 - 0.5 * inputs[1], 1.0];
             let slopes = |_: &mut [f64], matrix: &mut [f64]| {
                 matrix[0] = -0.5;
                 Ok(())
@@ -461,5 +468,32 @@ mod tests {
             }
         }
         assert!((inputs[1] - exact).abs() < 1e-12, "{inputs:?}");
+    }
+
+    /// An acceleration and a multiplier that depend on each other are found whatever their units are.
+    #[test]
+    fn units_do_not_matter() {
+        for unit in [1.0, 1e12, 1e-12] {
+            // a = 1 + 3 x / u, x = u (2 + a / 2): x = -5 u.
+            let mut coupling = of_one(0.0, 2..3);
+            (coupling.slots, coupling.peers, coupling.accelerations) = (vec![1, 2], vec![1..2, 2..3], 0..2);
+            (coupling.z, coupling.step, coupling.found) = (vec![0.0; 2], vec![0.0; 2], vec![f64::NAN; 2]);
+            coupling.matrix = FullPivLu::new(2, 1e-14);
+            coupling.forget();
+            let mut inputs = [0.0; 3];
+            coupling.begin(&mut inputs);
+            loop {
+                let [_, a, x] = inputs;
+                inputs = [1.0, 1.0 + 3.0 * x / unit, unit * (2.0 + a / 2.0)];
+                let slopes = |_: &mut [f64], matrix: &mut [f64]| {
+                    matrix.copy_from_slice(&[0.0, unit / 2.0, 3.0 / unit, 0.0]);
+                    Ok(())
+                };
+                if coupling.advance(&mut inputs, &mut Counters::default(), slopes).expect("a solution") {
+                    break;
+                }
+            }
+            assert!((inputs[2] / unit + 5.0).abs() < 1e-11, "{unit:e}: {inputs:?}");
+        }
     }
 }
