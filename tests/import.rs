@@ -178,3 +178,49 @@ fn springs_dampers_and_rotors_of_slides_act_on_both_sides_of_zero() {
         }
     }
 }
+
+/// The places of bodies in a scene, in the order of the file.
+fn places(scene: &str) -> Vec<Vec<f64>> {
+    let lists = scene.lines().filter_map(|line| line.strip_prefix("position = [")?.strip_suffix(']'));
+    lists.map(|list| list.split(", ").map(|number| number.parse().unwrap()).collect()).collect()
+}
+
+/// All turns by right angles: what two axes say is what becomes of a point.
+#[test]
+fn axes_of_mjcf_are_those_of_its_bodies() {
+    let axes: Vec<[f64; 3]> = (0..6)
+        .map(|k| std::array::from_fn(|i| if i == k % 3 { if k < 3 { 1.0 } else { -1.0 } } else { 0.0 }))
+        .collect();
+    let scratch = Scratch::new();
+    for (x, y) in axes.iter().flat_map(|x| axes.iter().map(move |y| (x, y))) {
+        if x.iter().zip(y).any(|(x, y)| x * y != 0.0) {
+            continue;
+        }
+        let words = [x, y].map(|axis| axis.map(|number| number.to_string()).join(" ")).join(" ");
+        let file = format!(
+            "<mujoco><worldbody><body xyaxes=\"{words}\"><geom size=\"1\"/><body pos=\"1 2 3\"><geom size=\"1\"/></body></body>\
+             </worldbody></mujoco>"
+        );
+        let scene = read(&scratch.file("axes.xml", file), scratch.path(), &Options::default()).unwrap().scene;
+        let z = [x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0]];
+        let place = places(&scene).pop().unwrap();
+        for (k, found) in place.iter().enumerate() {
+            let exact = x[k] + 2.0 * y[k] + 3.0 * z[k];
+            assert!((found - exact).abs() < 1e-12, "{words}: {place:?}");
+        }
+    }
+}
+
+/// MuJoCo takes what ties a body to the ground where that is fixed; a scene has no joint from the ground to itself.
+#[test]
+fn what_ties_nothing_that_moves_is_listed() {
+    let file = "<mujoco><worldbody><body name=\"base\"><geom size=\"0.1\"/></body><body name=\"arm\"><joint name=\"j\"/>\
+                <geom size=\"0.1\" pos=\"0.3 0 0\"/></body></worldbody><equality><connect name=\"tie\" body1=\"base\" anchor=\"0 0 1\"/>\
+                <weld name=\"seam\" body1=\"base\" body2=\"world\"/></equality></mujoco>";
+    let scratch = Scratch::new();
+    let imported = read(&scratch.file("tied.xml", file), scratch.path(), &Options::default()).unwrap();
+    for name in ["`tie`", "`seam`"] {
+        assert!(imported.left_out.iter().any(|what| what.starts_with(name)), "{name}: {:?}", imported.left_out);
+    }
+    run_text(&imported.scene, &[]);
+}

@@ -60,6 +60,28 @@ fn an_axis_that_is_nearly_that_of_the_ground_is_an_axis() {
     }
 }
 
+/// Of points that are next to their line, turns have next to no share in the energy, and it is never negative for that.
+#[test]
+fn points_that_are_nearly_on_their_line_are_on_it() {
+    let scene = |off: f64| {
+        format!(
+            "[plugins]\nlibraries = [\"joints\", \"forces\"]\n[simulation]\ngravity = [0, -9.81, 0]\nt_end = 0.2\noutput_step = 0.1\n\
+             [[body]]\nname = \"slider\"\nmass = 1\ninertia = [0.01, 0.01, 0.01]\nposition = [0.3, 0.7, -0.4]\n\
+             [[joint]]\nname = \"slide\"\ntype = \"translational\"\nbodies = [\"ground\", \"slider\"]\npoint = [0.3, 0.7, -0.4]\naxis = [3, -7, 5]\n\
+             [[force]]\nname = \"rotor\"\ntype = \"inerter\"\nbodies = [\"ground\", \"slider\"]\n\
+             points = [[0, 1.4, -0.9], [{:.17}, 0.7, -0.4]]\naxis = [3, -7, 5]\nparams = {{ inertance = 5, guided = true }}\n\
+             [[output]]\nname = \"s\"\nquantity = \"coordinate\"\nof = \"slide\"\n",
+            0.3 + off
+        )
+    };
+    let end = |off: f64| *column(&try_text(&scene(off), &[]).unwrap(), "s").last().unwrap();
+    let straight = end(0.0);
+    for power in [4, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16] {
+        let aside = end(10.0_f64.powi(-power));
+        assert!((aside - straight).abs() < 1e-9, "1e-{power}: {aside} {straight}");
+    }
+}
+
 /// A slide that turns about the ground, with a guided inerter along it: off the line of its points or on it, where it is the same.
 #[test]
 fn a_guided_inerter_follows_its_slide_wherever_its_points_are() {

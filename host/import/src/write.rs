@@ -122,6 +122,12 @@ impl Writer<'_> {
         }
         let name_of = |link: Option<usize>| link.map_or("ground".to_owned(), |link| names[link].clone());
         for closure in &mechanism.closures {
+            let [first, second] = closure.links.map(|link| link.filter(|link| !fixed[*link]));
+            if first == second {
+                let nothing = "nothing moves between what it ties";
+                self.left_out.push(format!("`{}`: {nothing}", closure.name));
+                continue;
+            }
             self.closure(closure, closure.links.map(name_of));
         }
         for coupling in &mechanism.couplings {

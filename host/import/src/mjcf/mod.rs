@@ -11,7 +11,7 @@ mod switches;
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
-use nalgebra::{Isometry3, Matrix3, Point3, Translation3, Unit, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, Translation3, Unit, UnitQuaternion, Vector3};
 use roxmltree::{Node, NodeId};
 
 use crate::Options;
@@ -334,8 +334,8 @@ impl<'a, 'i: 'a> Reader<'_, 'a, 'i> {
             let x = Vector3::new(a, b, c).normalize();
             let y = Vector3::new(d, e, f);
             let y = (y - x * x.dot(&y)).normalize();
-            let matrix = Matrix3::from_columns(&[x, y, x.cross(&y)]);
-            return UnitQuaternion::from_matrix(&matrix);
+            let turn = Rotation3::from_matrix_unchecked(Matrix3::from_columns(&[x, y, x.cross(&y)]));
+            return UnitQuaternion::from_rotation_matrix(&turn);
         }
         if let Some(z) = self.found.list(of.get("zaxis")) {
             return geometry::from_z(&Vector3::from(z));

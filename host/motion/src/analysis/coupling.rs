@@ -31,8 +31,8 @@ const CANCELLED: f64 = 1e-3;
 
 /// Iterations after which nothing is gained any more where Newton's steps are exact.
 const EXACT_STEPS: usize = 3;
-/// What is left of a difference after an exact step is round-off if it is more than this share of it.
-const LEFT: f64 = 0.1;
+/// Share of the smallest difference so far below which another is a gain, and more than round-off after an exact step.
+const FALLS: f64 = 0.1;
 
 /// Solves the equations of motion for given loads and right side of the constraints.
 pub(super) trait Solve {
@@ -53,6 +53,8 @@ pub(super) trait Solve {
 struct Change {
     own: f64,
     whole: f64,
+    /// The largest difference of accelerations, and of multipliers, as it is.
+    plain: [f64; 2],
 }
 
 /// Newton's method for z. Whoever uses it solves the equations of motion between [`Coupling::begin`] and the calls of
@@ -75,6 +77,8 @@ pub(super) struct Coupling {
     iteration: usize,
     /// The smallest change so far.
     best: f64,
+    /// The smallest differences so far, of accelerations and of multipliers.
+    least: [f64; 2],
     /// F(z) of the last iteration.
     found: Vec<f64>,
     /// The largest acceleration that a load by itself would cause; zero where that is not known.
@@ -97,6 +101,7 @@ impl Coupling {
             linear,
             iteration: 0,
             best: f64::INFINITY,
+            least: [f64::INFINITY; 2],
             found: vec![f64::NAN; n],
             unbalanced: 0.0,
         }
@@ -140,7 +145,7 @@ impl Coupling {
         if !self.started {
             self.z.fill(0.0);
         }
-        (self.iteration, self.best) = (0, f64::INFINITY);
+        (self.iteration, self.best, self.least) = (0, f64::INFINITY, [f64::INFINITY; 2]);
         self.write(inputs);
     }
 
@@ -156,16 +161,22 @@ impl Coupling {
         counters: &mut Counters,
         slopes: impl FnOnce(&mut [f64], &mut [f64]) -> Result<(), AnalysisError>,
     ) -> Result<bool, AnalysisError> {
-        let Change { own: change, whole } = self.change(inputs);
+        let Change { own: change, whole, plain } = self.change(inputs);
         let regular = self.matrix.rank() == self.slots.len();
-        let settled =
-            change >= LEFT * self.best || self.slots.iter().zip(&self.found).all(|(slot, was)| inputs[*slot] == *was);
-        let exact = self.linear && regular && self.iteration > EXACT_STEPS && settled;
-        if change <= CLOSE || (whole <= CLOSE_ENOUGH && change >= self.best) || exact {
+        // A step from far off leaves its own round-off, which is a share of what it was and nothing of what is solved for.
+        let falls = plain.iter().zip(&self.least).any(|(now, least)| *now < FALLS * least);
+        let same = self.slots.iter().zip(&self.found).all(|(slot, was)| inputs[*slot] == *was);
+        let gained = |share: f64| !same && (falls || change < share * self.best);
+        let settled = !gained(1.0);
+        let exact = self.linear && regular && self.iteration > EXACT_STEPS && !gained(FALLS);
+        // The first guess of all is none that Newton's method has come to.
+        let is_newtons = self.iteration > usize::from(!self.started);
+        if change <= CLOSE || (whole <= CLOSE_ENOUGH && is_newtons && settled) || exact {
             self.started = true;
             return Ok(true);
         }
         self.best = self.best.min(change);
+        self.least = std::array::from_fn(|kind| self.least[kind].min(plain[kind]));
         self.iteration += 1;
         if change.is_nan() || self.iteration == MOST_ITERATIONS {
             self.started = false;
@@ -191,14 +202,22 @@ impl Coupling {
         slopes: impl FnOnce(&mut [f64], &mut [f64]) -> Result<(), AnalysisError>,
     ) -> Result<(), AnalysisError> {
         let n = self.slots.len();
+        // In units in which the largest acceleration and the largest multiplier are one, whatever those of the scene are.
+        let sizes = [&self.accelerations, &self.multipliers].map(|all| largest(&inputs[all.clone()]));
+        let sizes = if sizes.iter().all(|size| *size > f64::MIN_POSITIVE) { sizes } else { [1.0; 2] };
+        let size = |slot: &usize| sizes[usize::from(*slot >= self.multipliers.start)];
+        let sizes: Vec<f64> = self.slots.iter().map(size).collect();
         slopes(inputs, self.matrix.entries_mut())?;
         let entries = self.matrix.entries_mut();
-        entries.iter_mut().for_each(|entry| *entry = -*entry);
+        for (column, along) in entries.chunks_exact_mut(n).zip(&sizes) {
+            column.iter_mut().zip(&sizes).for_each(|(entry, of)| *entry *= -(along / of));
+        }
         entries.iter_mut().step_by(n + 1).for_each(|entry| *entry += 1.0);
         if entries.iter().all(|x| x.is_finite()) {
-            let difference = self.step.clone();
+            let difference: Vec<f64> = self.step.iter().zip(&sizes).map(|(step, size)| step / size).collect();
             self.matrix.factor()?;
             self.matrix.solve(&difference, &mut self.step)?;
+            self.step.iter_mut().zip(&sizes).for_each(|(step, size)| *step *= size);
         }
         self.z.iter_mut().zip(&self.step).for_each(|(z, step)| *z += step);
         Ok(())
@@ -208,18 +227,20 @@ impl Coupling {
     fn change(&self, inputs: &[f64]) -> Change {
         let mut most = [&self.accelerations, &self.multipliers].map(|slots| largest(&inputs[slots.clone()]));
         most[0] = most[0].max(CANCELLED * self.unbalanced);
-        let mut change = Change { own: 0.0, whole: 0.0 };
+        let mut change = Change { own: 0.0, whole: 0.0, plain: [0.0; 2] };
         for (k, (slot, z)) in self.slots.iter().zip(&self.z).enumerate() {
             let difference = (inputs[*slot] - z).abs();
             if difference == 0.0 {
                 continue;
             }
+            let kind = usize::from(*slot >= self.multipliers.start);
             let own = difference / largest(&inputs[self.peers[k].clone()]);
-            let whole = difference / most[usize::from(*slot >= self.multipliers.start)];
+            let whole = difference / most[kind];
             if own.is_nan() {
-                return Change { own, whole };
+                return Change { own, whole, ..change };
             }
-            change = Change { own: change.own.max(own), whole: change.whole.max(whole) };
+            change.plain[kind] = change.plain[kind].max(difference);
+            change = Change { own: change.own.max(own), whole: change.whole.max(whole), ..change };
         }
         change
     }
@@ -383,6 +404,7 @@ mod tests {
             linear: true,
             iteration: 0,
             best: f64::INFINITY,
+            least: [f64::INFINITY; 2],
             found: vec![f64::NAN],
             unbalanced: 0.0,
         };
@@ -434,5 +456,53 @@ mod tests {
         let mut coupling = of_one(1e-9, 0..2);
         let count = iterations(&mut coupling, solution, |z, step| (solution(z + step) - solution(z)) / step);
         assert!((coupling.z[0] - 2.5e-10).abs() < 1e-15 && count < 6, "{:e}, {count}", coupling.z[0]);
+    }
+
+    /// Where the rest of a solution is far off with the first guess, that guess is no small part of the whole.
+    #[test]
+    fn a_first_guess_is_not_taken_for_a_solution() {
+        let exact = 35.0 / 3.0;
+        let mut coupling = of_one(0.0, 0..2);
+        coupling.forget();
+        let mut inputs = [0.0; 3];
+        coupling.begin(&mut inputs);
+        for _ in 0..MOST_ITERATIONS {
+            inputs = [3e11 * (inputs[1] - exact), 17.5 - 0.5 * inputs[1], 1.0];
+            let slopes = |_: &mut [f64], matrix: &mut [f64]| {
+                matrix[0] = -0.5;
+                Ok(())
+            };
+            if coupling.advance(&mut inputs, &mut Counters::default(), slopes).expect("a solution") {
+                break;
+            }
+        }
+        assert!((inputs[1] - exact).abs() < 1e-12, "{inputs:?}");
+    }
+
+    /// An acceleration and a multiplier that depend on each other are found whatever their units are.
+    #[test]
+    fn units_do_not_matter() {
+        for unit in [1.0, 1e12, 1e-12] {
+            // a = 1 + 3 x / u, x = u (2 + a / 2): x = -5 u.
+            let mut coupling = of_one(0.0, 2..3);
+            (coupling.slots, coupling.peers, coupling.accelerations) = (vec![1, 2], vec![1..2, 2..3], 0..2);
+            (coupling.z, coupling.step, coupling.found) = (vec![0.0; 2], vec![0.0; 2], vec![f64::NAN; 2]);
+            coupling.matrix = FullPivLu::new(2, 1e-14);
+            coupling.forget();
+            let mut inputs = [0.0; 3];
+            coupling.begin(&mut inputs);
+            loop {
+                let [_, a, x] = inputs;
+                inputs = [1.0, 1.0 + 3.0 * x / unit, unit * (2.0 + a / 2.0)];
+                let slopes = |_: &mut [f64], matrix: &mut [f64]| {
+                    matrix.copy_from_slice(&[0.0, unit / 2.0, 3.0 / unit, 0.0]);
+                    Ok(())
+                };
+                if coupling.advance(&mut inputs, &mut Counters::default(), slopes).expect("a solution") {
+                    break;
+                }
+            }
+            assert!((inputs[2] / unit + 5.0).abs() < 1e-11, "{unit:e}: {inputs:?}");
+        }
     }
 }

@@ -23,9 +23,10 @@ pub(super) fn check(recording: &Recording, markers: &[Marker], bodies: &[Body]) 
     if mass.iter().any(|entry| !entry.is_finite()) {
         return Err("its kinetic energy has no value where the bodies are".into());
     }
-    drop_round_off(&mut mass, &frames);
-    // In units in which each entry of the diagonal is one.
-    let scale: Vec<f64> = (0..n).map(|k| mass[(k, k)].abs().max(f64::MIN_POSITIVE).sqrt().recip()).collect();
+    // In units in which each entry of the diagonal is one, or less where round-off has a share in it.
+    let round_off = round_off(&mass, &frames);
+    let size = |k: usize| (mass[(k, k)].abs() + round_off[k]).max(f64::MIN_POSITIVE);
+    let scale: Vec<f64> = (0..n).map(|k| size(k).sqrt().recip()).collect();
     for (row, column) in (0..n).flat_map(|row| (0..n).map(move |column| (row, column))) {
         mass[(row, column)] *= if mass[(row, column)] == 0.0 { 1.0 } else { scale[row] * scale[column] };
     }
@@ -41,18 +42,14 @@ pub(super) fn check(recording: &Recording, markers: &[Marker], bodies: &[Body]) 
     Ok(())
 }
 
-/// Turns take no part whose inertia is that of the largest mass on an arm which is round-off: terms that cancel leave that much, and
-/// it has any sign.
-fn drop_round_off(mass: &mut DMatrix<f64>, frames: &[FramePose]) {
-    let arm = NO_ARM * frames.iter().map(|(position, _)| position.norm()).fold(0.0, f64::max);
+/// Moments of inertia below which round-off decides the sign, for each entry of the diagonal: terms that cancel leave the largest mass an
+/// arm of round-off, which is no more than `ROUND_OFF` of the arm of these.
+fn round_off(mass: &DMatrix<f64>, frames: &[FramePose]) -> Vec<f64> {
+    let arm = NO_ARM / ROUND_OFF * frames.iter().map(|(position, _)| position.norm()).fold(0.0, f64::max);
     let of_frame = |k: usize| 6 * k..6 * k + 3;
     let moved = (0..frames.len()).flat_map(of_frame).map(|k| mass[(k, k)].abs()).fold(0.0, f64::max);
-    for turn in (0..frames.len()).flat_map(of_frame).map(|k| k + 3) {
-        if mass[(turn, turn)].abs() <= moved * arm * arm {
-            mass.row_mut(turn).fill(0.0);
-            mass.column_mut(turn).fill(0.0);
-        }
-    }
+    let is_turn = |k: usize| k < 6 * frames.len() && k % 6 >= 3;
+    (0..mass.nrows()).map(|k| if is_turn(k) { moved * arm * arm } else { 0.0 }).collect()
 }
 
 /// The mass matrix of a recording's kinetic energy where the bodies are given: six velocities of each frame, ground axes, then those of
@@ -103,8 +100,10 @@ pub fn mass_at(recording: &Recording, frames: &[FramePose], states: &[f64]) -> O
         mass[(k, k)] = 2.0 * energy([(k, 1.0); 2]);
     }
     // A quadratic form gives its matrix: 4 a'Mb = 2 T(a + b) - 2 T(a - b), at speeds whose energies are alike, so that of velocities that
-    // take a very small part nothing is lost.
-    let speed = |k: usize| Some(mass[(k, k)].abs()).filter(|m| m.is_normal()).map_or(1.0, |m| m.sqrt().recip());
+    // take a very small part nothing is lost, and those that take none but round-off are not made of it.
+    let round_off = round_off(&mass, frames);
+    let size = |k: usize| Some(mass[(k, k)].abs() + round_off[k]).filter(|m| m.is_normal());
+    let speed = |k: usize| size(k).map_or(1.0, |m| m.sqrt().recip());
     let speeds: Vec<f64> = (0..n).map(speed).collect();
     for (row, column) in (0..n).flat_map(|row| (0..row).map(move |column| (row, column))) {
         let (a, b) = (speeds[row], speeds[column]);
