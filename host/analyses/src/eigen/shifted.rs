@@ -67,12 +67,20 @@ impl<'m> Shifted<'m> {
     /// |H v - lambda v|.
     fn miss(&self, vector: &ComplexVector) -> f64 {
         let misses = (0..vector.len()).map(|k| {
-            let from = k.saturating_sub(1);
-            let row = &self.rows.column(k);
-            let product = row.iter().zip(vector.iter()).skip(from).map(|(x, v)| v * *x);
-            (product.sum::<Complex<f64>>() - vector[k] * self.value).norm_sqr()
+            let terms = self.rows.column(k).into_iter().zip(vector.iter()).skip(k.saturating_sub(1));
+            (terms.map(|(x, v)| v * *x).sum::<Complex<f64>>() - vector[k] * self.value).norm_sqr()
         });
         misses.sum::<f64>().sqrt()
+    }
+
+    /// |H^T w - conj(lambda) w|.
+    fn miss_from_left(&self, vector: &ComplexVector) -> f64 {
+        let mut miss = vector.map(|entry| -entry * self.value.conj());
+        for (k, entry) in vector.iter().enumerate() {
+            let from = k.saturating_sub(1);
+            miss.iter_mut().zip(self.rows.column(k).iter()).skip(from).for_each(|(miss, x)| *miss += entry * *x);
+        }
+        miss.norm()
     }
 
     /// The solution for a right side.
@@ -114,13 +122,11 @@ impl<'m> Shifted<'m> {
         vector
     }
 
-    /// An eigenvector of unit length by inverse iteration, orthogonal to some.
+    /// An eigenvector of unit length by inverse iteration, orthogonal to some: the best of the iterates, for where eigenvalues that
+    /// coincide have fewer vectors, every other one is none.
     fn iterate(&self, start: &ComplexVector, apart: &[&ComplexVector]) -> Option<ComplexVector> {
-        let mut vector = start.clone();
-        for _ in 0..ITERATIONS {
-            vector = unit(self.solve(without(vector, apart)))?;
-        }
-        if apart.is_empty() { Some(vector) } else { unit(without(vector, apart)) }
+        let next = |vector| Some(without(unit(self.solve(without(vector, apart)))?, apart)).and_then(unit);
+        best(start, next, |vector| self.miss(vector))
     }
 
     /// An eigenvector, found from some start; where it can be, orthogonal to those of eigenvalues nearby.
@@ -136,17 +142,31 @@ impl<'m> Shifted<'m> {
 
     /// The vector from the left that goes with one from the right, of unit length.
     pub(super) fn left(&self, right: &ComplexVector) -> Option<ComplexVector> {
-        let mut vector = right.clone();
-        for _ in 0..ITERATIONS {
-            vector = unit(self.solve_adjoint(vector))?;
-        }
-        Some(vector)
+        best(right, |vector| unit(self.solve_adjoint(vector)), |vector| self.miss_from_left(vector))
     }
 }
 
-/// A pivot; one that vanishes is what round-off could have made it.
+/// The iterate that misses least.
+fn best(
+    start: &ComplexVector,
+    next: impl Fn(ComplexVector) -> Option<ComplexVector>,
+    miss: impl Fn(&ComplexVector) -> f64,
+) -> Option<ComplexVector> {
+    let mut vector = next(start.clone())?;
+    let mut best = (miss(&vector), vector.clone());
+    for _ in 1..ITERATIONS {
+        vector = next(vector)?;
+        let miss = miss(&vector);
+        if miss <= best.0 {
+            best = (miss, vector.clone());
+        }
+    }
+    Some(best.1)
+}
+
+/// A pivot; one that vanishes is made far less than round-off, which a double eigenvalue makes of it.
 fn not_zero(pivot: Complex<f64>, size: f64) -> Complex<f64> {
-    if pivot == Complex::ZERO { Complex::new(f64::EPSILON * size, 0.0) } else { pivot }
+    if pivot == Complex::ZERO { Complex::new(f64::EPSILON * f64::EPSILON * size, 0.0) } else { pivot }
 }
 
 fn without(mut vector: ComplexVector, others: &[&ComplexVector]) -> ComplexVector {

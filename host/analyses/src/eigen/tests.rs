@@ -117,3 +117,22 @@ fn masses_in_a_row_have_their_known_modes() {
         assert!((own.dotc(&shape).norm() / own.norm() / shape.norm() - 1.0).abs() < 1e-12, "{k}");
     }
 }
+
+#[test]
+fn a_double_eigenvalue_with_one_vector_has_it_and_is_left_open() {
+    // Two critically damped oscillators beside a lightly damped one.
+    for (w, others) in [(20.0, 1), (20.0, 2), (3.0, 2), (1.0, 0), (100.0, 3)] {
+        let n = 2 * (2 + others);
+        let mut a = DMatrix::zeros(n, n);
+        for k in 0..n / 2 {
+            let (w, d) = if k < 2 { (w, 2.0 * w) } else { (8.0 + k as f64, 4.8) };
+            (a[(2 * k, 2 * k + 1)], a[(2 * k + 1, 2 * k)], a[(2 * k + 1, 2 * k + 1)]) = (1.0, -w * w, -d);
+        }
+        let found = spectrum(&a).unwrap();
+        for pair in &found.pairs {
+            assert!(pair.residual < 1e-9, "{w}: {pair:?}");
+            let double = (pair.value + w).norm() < 1e-5 * w;
+            assert_eq!(double, pair.uncertainty > 1e-7 * w, "{w}: {} {}", pair.value, pair.uncertainty);
+        }
+    }
+}
