@@ -316,3 +316,32 @@ fn long_trees_run_alike_whether_all_of_their_equations_are_written_at_once_or_no
         assert_eq!(whole.1.columns, lean.1.columns);
     }
 }
+
+/// Slider-cranks on one shaft: the rows of all loops wait for its angle, and then each has an entry with every other.
+#[test]
+fn many_loops_through_one_coordinate_are_not_written_in_it() {
+    let chosen = |n: usize| {
+        let mut text = scene("odyn-joints", 0.0, "t_end = 1");
+        text += &body("shaft", [0.0, 0.0], 0.0, 5.0, [0.5, 0.5]);
+        text += &pin("bearing", ["ground", "shaft"], [0.0, 0.0]);
+        for k in 0..n {
+            let turn = std::f64::consts::TAU * k as f64 / n as f64;
+            let (x, y) = (0.1 * turn.cos(), 0.1 * turn.sin());
+            let along = (0.25 - y * y).sqrt();
+            let (rod, slider) = (format!("rod{k}"), format!("slider{k}"));
+            text += &body(&rod, [x + 0.5 * along, 0.5 * y], -(y / along).atan(), 1.0, [0.01, 0.01]);
+            text += &body(&slider, [x + along, 0.0], 0.0, 1.0, [0.01, 0.01]);
+            text += &pin(&format!("crank{k}"), ["shaft", &rod], [x, y]);
+            text += &pin(&format!("wrist{k}"), [&rod, &slider], [x + along, 0.0]);
+            writeln!(
+                text,
+                "[[joint]]\nname = \"guide{k}\"\ntype = \"translational\"\nbodies = [\"ground\", \"{slider}\"]\n\
+                 point = [{:?}, 0, 0]\naxis = [1, 0, 0]",
+                x + along
+            )
+            .unwrap();
+        }
+        open_text(&text, &[]).plan_report().formulation
+    };
+    assert_eq!((chosen(8).as_str(), chosen(60).as_str()), ("joint", "cartesian"));
+}

@@ -2,11 +2,17 @@
 //!
 //! The matrix is balanced (Parlett & Reinsch 1969). Zero eigenvalues are split off first, by the null spaces of the matrix and of
 //! what is left of it, one after the other: rigid motions have a double zero with one vector, which plain iterations return as a
-//! pair of the size of the root of round-off. The others come from the real Schur form, their vectors from inverse iteration.
+//! pair of the size of the root of round-off. The others come from the real Schur form, their vectors from inverse iteration in
+//! coordinates in which the matrix has Hessenberg's form: there it is factored anew for each eigenvalue at the cost of a few products
+//! with a vector (Golub & Van Loan, "Matrix Computations", 4th ed. 2013, section 7.6.1), so that all of them cost as much as the form
+//! itself, and not the size of the matrix times as much.
 
-use nalgebra::{Complex, DMatrix, DVector, Dyn, LU, Schur};
+mod shifted;
+
+use nalgebra::{Complex, DMatrix, DVector, Schur};
 
 use crate::linalg::SingularValues;
+use shifted::Shifted;
 
 /// A complex vector.
 pub type ComplexVector = DVector<Complex<f64>>;
@@ -17,8 +23,6 @@ const NULL: f64 = 20.0;
 const OPEN: f64 = 400.0;
 /// Eigenvalues nearer than this share of the matrix's size are looked at together.
 const CLOSE: f64 = 1e-7;
-/// Iterations for a vector.
-const ITERATIONS: usize = 4;
 /// Iterations of the Schur form, per row.
 const SCHUR_ITERATIONS: usize = 200;
 
@@ -80,7 +84,10 @@ pub fn spectrum(matrix: &DMatrix<f64>) -> Option<Spectrum> {
     values.sort_by(|a, b| a.norm().total_cmp(&b.norm()).then(a.im.total_cmp(&b.im)));
     let zeros = n - values.len();
     values.retain(|value| value.im >= 0.0);
-    let whole = balanced.map(|value| Complex::new(value, 0.0));
+    let (turn, form) = balanced.clone().hessenberg().unpack();
+    let rows = form.transpose();
+    let start = turn.tr_mul(&DVector::from_fn(n, |k, _| ((k * 7919 + 13) % 101) as f64 / 101.0 + 0.1));
+    let start = start.map(|entry| Complex::new(entry, 0.0));
     let mut found: Vec<(Complex<f64>, ComplexVector)> = Vec::new();
     let mut pairs = Vec::with_capacity(values.len());
     for value in values {
@@ -89,14 +96,13 @@ pub fn spectrum(matrix: &DMatrix<f64>) -> Option<Spectrum> {
             .filter(|(other, _)| (other - value).norm() <= CLOSE * size)
             .map(|(_, vector)| vector)
             .collect();
-        let shifted = Shifted::new(&whole, value, size);
-        let vector = shifted.vector(&near)?;
-        let residual = shifted.miss(&vector) / size;
-        let mut left = shifted.left(&vector)?;
+        let shifted = Shifted::new(&rows, value, size);
+        let of_form = shifted.vector(&start, &near)?;
+        let (mut vector, mut left) = (product(&turn, &of_form), product(&turn, &shifted.left(&of_form)?));
+        let residual = (product(&balanced, &vector) - &vector * value).norm() / size;
         let angle = left.dotc(&vector).norm();
         let uncertainty = OPEN * n as f64 * f64::EPSILON * size / angle.max(f64::MIN_POSITIVE);
-        found.push((value, vector.clone()));
-        let mut vector: ComplexVector = vector;
+        found.push((value, of_form));
         vector.iter_mut().zip(scales.iter()).for_each(|(entry, scale)| *entry *= Complex::new(*scale, 0.0));
         let largest = vector.iter().copied().max_by(|a, b| a.norm().total_cmp(&b.norm())).filter(|v| v.norm() > 0.0)?;
         vector.iter_mut().for_each(|entry| *entry /= largest);
@@ -154,73 +160,10 @@ fn without_zeros(matrix: &DMatrix<f64>, limit: f64) -> Option<(DMatrix<f64>, DMa
     Some((left, first.unwrap_or_else(|| DMatrix::zeros(n, 0))))
 }
 
-/// A matrix less an eigenvalue, factored once for vectors from the right and from the left.
-struct Shifted<'m> {
-    matrix: &'m DMatrix<Complex<f64>>,
-    value: Complex<f64>,
-    size: f64,
-    factors: LU<Complex<f64>, Dyn, Dyn>,
-}
-
-impl<'m> Shifted<'m> {
-    fn new(matrix: &'m DMatrix<Complex<f64>>, value: Complex<f64>, size: f64) -> Self {
-        // Not quite the eigenvalue, lest a pivot vanish.
-        let shift = value + Complex::new(size * f64::EPSILON * 3.0, size * f64::EPSILON);
-        let mut shifted = matrix.clone();
-        (0..matrix.nrows()).for_each(|k| shifted[(k, k)] -= shift);
-        Self { matrix, value, size, factors: shifted.lu() }
-    }
-
-    /// |A v - lambda v|.
-    fn miss(&self, vector: &ComplexVector) -> f64 {
-        (self.matrix * vector - vector * self.value).norm()
-    }
-
-    /// An eigenvector of unit length by inverse iteration, orthogonal to some.
-    fn iterate(&self, apart: &[&ComplexVector]) -> Option<ComplexVector> {
-        let seed = |k: usize, _| Complex::new(((k * 7919 + 13) % 101) as f64 / 101.0 + 0.1, 0.0);
-        let mut vector = ComplexVector::from_fn(self.matrix.nrows(), seed);
-        for _ in 0..ITERATIONS {
-            vector = unit(self.factors.solve(&without(vector, apart))?)?;
-        }
-        if apart.is_empty() { Some(vector) } else { unit(without(vector, apart)) }
-    }
-
-    /// An eigenvector; where it can be, orthogonal to those of eigenvalues nearby.
-    fn vector(&self, near: &[&ComplexVector]) -> Option<ComplexVector> {
-        let plain = self.iterate(&[])?;
-        if near.is_empty() {
-            return Some(plain);
-        }
-        // Where eigenvalues that coincide have fewer vectors, there is none that is orthogonal.
-        let good = |vector: &ComplexVector| self.miss(vector) <= 1e3 * self.miss(&plain) + 1e-13 * self.size;
-        Some(self.iterate(near).filter(good).unwrap_or(plain))
-    }
-
-    /// The vector from the left that goes with one from the right, of unit length: A = P^T L U, A^H = U^H L^H P.
-    fn left(&self, right: &ComplexVector) -> Option<ComplexVector> {
-        let (lower, upper) = (self.factors.l(), self.factors.u());
-        let mut vector = right.clone();
-        for _ in 0..ITERATIONS {
-            let mut next = lower.ad_solve_lower_triangular(&upper.ad_solve_upper_triangular(&vector)?)?;
-            self.factors.p().inv_permute_rows(&mut next);
-            vector = unit(next)?;
-        }
-        Some(vector)
-    }
-}
-
-fn without(mut vector: ComplexVector, others: &[&ComplexVector]) -> ComplexVector {
-    for other in others {
-        let along = other.dotc(&vector);
-        vector -= *other * along;
-    }
-    vector
-}
-
-fn unit(vector: ComplexVector) -> Option<ComplexVector> {
-    let length = vector.norm();
-    (length.is_finite() && length > 0.0).then(|| vector / Complex::new(length, 0.0))
+/// A real matrix times a complex vector.
+fn product(matrix: &DMatrix<f64>, vector: &ComplexVector) -> ComplexVector {
+    let (real, imaginary) = (matrix * vector.map(|entry| entry.re), matrix * vector.map(|entry| entry.im));
+    real.zip_map(&imaginary, Complex::new)
 }
 
 #[cfg(test)]

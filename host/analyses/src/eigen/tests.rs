@@ -68,3 +68,71 @@ fn a_saddle_beside_a_stiff_mode_is_seen_and_a_doubtful_one_is_left_open() {
     let open = saddle(1e-9, 1e4);
     assert!(open.pairs.iter().all(|pair| pair.value.re.abs() <= pair.uncertainty));
 }
+
+/// What was done before: the whole matrix factored for each eigenvalue.
+fn plain_vector(matrix: &DMatrix<f64>, value: Complex<f64>) -> ComplexVector {
+    let n = matrix.nrows();
+    let shift = value + Complex::new(3e-16, 1e-16) * matrix.norm();
+    let factors = (matrix.map(|value| Complex::new(value, 0.0)) - DMatrix::from_diagonal_element(n, n, shift)).lu();
+    let mut vector = ComplexVector::from_fn(n, |k, _| Complex::new(1.0 + (k % 7) as f64, 0.0));
+    for _ in 0..4 {
+        let next = factors.solve(&vector).unwrap();
+        vector = &next / Complex::new(next.norm(), 0.0);
+    }
+    vector
+}
+
+#[test]
+fn vectors_are_those_of_the_whole_matrix() {
+    for n in [1, 2, 3, 10, 37] {
+        let a = DMatrix::from_fn(n, n, |row, column| ((1 + row * 31 + column * 17 + row * column) as f64).sin());
+        let found = values(&a);
+        assert!(!found.pairs.is_empty());
+        for pair in &found.pairs {
+            let plain = plain_vector(&a, pair.value);
+            let along = plain.dotc(&pair.vector).norm() / pair.vector.norm();
+            assert!((along - 1.0).abs() < 1e-9, "{n}: {along} of {}", pair.value);
+        }
+    }
+}
+
+#[test]
+fn masses_in_a_row_have_their_known_modes() {
+    // w = 2 sin(k pi / (2 (n + 1))), and shapes sin(j k pi / (n + 1)), of n masses between walls.
+    let n = 60;
+    let mut a = DMatrix::zeros(2 * n, 2 * n);
+    for k in 0..n {
+        (a[(k, n + k)], a[(n + k, k)]) = (1.0, -2.0);
+        for beside in [k.wrapping_sub(1), k + 1].into_iter().filter(|beside| *beside < n) {
+            a[(n + k, beside)] = 1.0;
+        }
+    }
+    let found = values(&a);
+    assert_eq!((found.zeros, found.pairs.len()), (0, n));
+    for (k, pair) in (1..).zip(&found.pairs) {
+        let angle = k as f64 * std::f64::consts::PI / (n + 1) as f64;
+        assert!((pair.value.im - 2.0 * (0.5 * angle).sin()).abs() < 1e-12, "{k}: {}", pair.value);
+        let shape = ComplexVector::from_fn(n, |j, _| Complex::new(((j + 1) as f64 * angle).sin(), 0.0));
+        let own = pair.vector.rows(0, n);
+        assert!((own.dotc(&shape).norm() / own.norm() / shape.norm() - 1.0).abs() < 1e-12, "{k}");
+    }
+}
+
+#[test]
+fn a_double_eigenvalue_with_one_vector_has_it_and_is_left_open() {
+    // Two critically damped oscillators beside a lightly damped one.
+    for (w, others) in [(20.0, 1), (20.0, 2), (3.0, 2), (1.0, 0), (100.0, 3)] {
+        let n = 2 * (2 + others);
+        let mut a = DMatrix::zeros(n, n);
+        for k in 0..n / 2 {
+            let (w, d) = if k < 2 { (w, 2.0 * w) } else { (8.0 + k as f64, 4.8) };
+            (a[(2 * k, 2 * k + 1)], a[(2 * k + 1, 2 * k)], a[(2 * k + 1, 2 * k + 1)]) = (1.0, -w * w, -d);
+        }
+        let found = spectrum(&a).unwrap();
+        for pair in &found.pairs {
+            assert!(pair.residual < 1e-9, "{w}: {pair:?}");
+            let double = (pair.value + w).norm() < 1e-5 * w;
+            assert_eq!(double, pair.uncertainty > 1e-7 * w, "{w}: {} {}", pair.value, pair.uncertainty);
+        }
+    }
+}

@@ -1,6 +1,14 @@
 //! LU with complete pivoting for small dense square systems that may be singular.
 
+#![allow(
+    unsafe_code,
+    reason = "the only way to call what is compiled for a wider vector unit; the use says why it holds"
+)]
+
 use super::{LinalgError, check_length, two_norm};
+
+/// Entries of a column that are looked at side by side.
+const LANES: usize = 8;
 
 /// `P A Q = L U` of a dense square matrix `A` (`n x n`, column-major).
 ///
@@ -67,19 +75,7 @@ impl FullPivLu {
         }
         self.rank = 0;
         self.smallest_pivot = 1.0;
-        let mut first_pivot = 0.0_f64;
-        while self.rank < self.n {
-            let k = self.rank;
-            let (row, column, size) = self.largest_entry(k);
-            first_pivot = first_pivot.max(size);
-            if size <= self.tolerance * first_pivot {
-                break;
-            }
-            self.smallest_pivot = self.smallest_pivot.min(size / first_pivot);
-            self.swap(k, row, column);
-            self.eliminate(k);
-            self.rank += 1;
-        }
+        self.eliminate_all();
         self.factored = true;
         Ok(())
     }
@@ -144,18 +140,67 @@ impl FullPivLu {
         Ok(if right_size > 0.0 { miss / right_size } else { 0.0 })
     }
 
-    /// Row, column and size of the largest entry from place `k` on.
-    fn largest_entry(&self, k: usize) -> (usize, usize, f64) {
-        let mut best = (k, k, 0.0);
-        for column in k..self.n {
-            for row in k..self.n {
-                let size = self.entries[row + self.n * column].abs();
-                if size > best.2 {
-                    best = (row, column, size);
-                }
-            }
+    fn eliminate_all(&mut self) {
+        #[cfg(target_arch = "x86_64")]
+        if std::arch::is_x86_feature_detected!("avx2") {
+            // SAFETY: this machine has what the function was compiled for.
+            return unsafe { self.eliminate_widely() };
         }
-        best
+        self.eliminate();
+    }
+
+    /// [`FullPivLu::eliminate`] with vectors of four numbers, which are the same.
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2")]
+    fn eliminate_widely(&mut self) {
+        self.eliminate();
+    }
+
+    #[inline(always)]
+    fn eliminate(&mut self) {
+        let n = self.n;
+        let mut pivot = Pivot::none(0);
+        for (column, entries) in self.entries.chunks_exact(n.max(1)).enumerate() {
+            pivot.look(column, 0, entries, largest(entries));
+        }
+        let mut first_pivot = 0.0_f64;
+        while self.rank < n {
+            let k = self.rank;
+            first_pivot = first_pivot.max(pivot.size);
+            if pivot.size <= self.tolerance * first_pivot {
+                break;
+            }
+            self.smallest_pivot = self.smallest_pivot.min(pivot.size / first_pivot);
+            self.swap(k, pivot.row, pivot.column);
+            pivot = self.eliminate_column(k);
+            self.rank += 1;
+        }
+    }
+
+    /// Takes the pivot of place `k` out of what remains, and finds the next one on the way.
+    #[inline(always)]
+    fn eliminate_column(&mut self, k: usize) -> Pivot {
+        let n = self.n;
+        let (left, right) = self.entries.split_at_mut(n * (k + 1));
+        let pivot_column = &mut left[n * k..];
+        let pivot = pivot_column[k];
+        for value in &mut pivot_column[k + 1..] {
+            *value /= pivot;
+        }
+        let mut next = Pivot::none(k + 1);
+        for (number, column) in right.chunks_exact_mut(n).enumerate() {
+            let factor = column[k];
+            let rest = &mut column[k + 1..];
+            let most = if factor == 0.0 { largest(rest) } else { add_scaled(rest, -factor, &pivot_column[k + 1..]) };
+            next.look(k + 1 + number, k + 1, rest, most);
+        }
+        next
+    }
+
+    /// Row and column of `A` at each place.
+    #[cfg(test)]
+    pub(super) fn orders(&self) -> (&[usize], &[usize]) {
+        (&self.row_order, &self.column_order)
     }
 
     fn swap(&mut self, k: usize, row: usize, column: usize) {
@@ -173,20 +218,60 @@ impl FullPivLu {
             self.column_order.swap(k, column);
         }
     }
+}
 
-    fn eliminate(&mut self, k: usize) {
-        let n = self.n;
-        let (left, right) = self.entries.split_at_mut(n * (k + 1));
-        let pivot_column = &mut left[n * k..];
-        let pivot = pivot_column[k];
-        for value in &mut pivot_column[k + 1..] {
-            *value /= pivot;
-        }
-        for column in right.chunks_exact_mut(n) {
-            let factor = column[k];
-            if factor != 0.0 {
-                super::add_scaled(&mut column[k + 1..], -factor, &pivot_column[k + 1..]);
-            }
+/// The largest entry so far: of equal ones the first, column by column.
+struct Pivot {
+    row: usize,
+    column: usize,
+    size: f64,
+}
+
+impl Pivot {
+    /// Nothing of what remains from place `k` on has been looked at.
+    fn none(k: usize) -> Self {
+        Self { row: k, column: k, size: 0.0 }
+    }
+
+    /// Looks at the rest of a column, from row `first` on, with its largest magnitude.
+    #[inline(always)]
+    fn look(&mut self, column: usize, first: usize, rest: &[f64], most: f64) {
+        if most > self.size
+            && let Some(row) = rest.iter().position(|entry| entry.abs() == most)
+        {
+            *self = Self { row: first + row, column, size: most };
         }
     }
+}
+
+/// The largest magnitude; what is no number does not count.
+#[inline(always)]
+fn largest(entries: &[f64]) -> f64 {
+    let (whole, rest) = entries.as_chunks::<LANES>();
+    let mut most = [0.0_f64; LANES];
+    for entries in whole {
+        most.iter_mut().zip(entries).for_each(|(most, entry)| *most = larger(*most, entry.abs()));
+    }
+    rest.iter().chain(&most).fold(0.0, |most, entry| larger(most, entry.abs()))
+}
+
+/// `y += factor x`, with [`largest`] of the result.
+#[inline(always)]
+fn add_scaled(y: &mut [f64], factor: f64, x: &[f64]) -> f64 {
+    let (ys, y_rest) = y.as_chunks_mut::<LANES>();
+    let (xs, x_rest) = x.as_chunks::<LANES>();
+    let mut most = [0.0_f64; LANES];
+    for (y, x) in ys.iter_mut().zip(xs) {
+        for k in 0..LANES {
+            y[k] += factor * x[k];
+            most[k] = larger(most[k], y[k].abs());
+        }
+    }
+    super::add_scaled(y_rest, factor, x_rest);
+    y_rest.iter().chain(&most).fold(0.0, |most, entry| larger(most, entry.abs()))
+}
+
+#[inline(always)]
+fn larger(most: f64, size: f64) -> f64 {
+    if size > most { size } else { most }
 }

@@ -1,5 +1,7 @@
 //! Which coordinates the equations of motion are written in.
 
+use std::collections::BTreeMap;
+
 use super::error::{SessionError, start_error};
 use super::modes::blind;
 use super::opened::Session;
@@ -111,10 +113,12 @@ impl Session {
             return Ok((Some(tree), "asked for".into()));
         }
         let Predicted { joint, bodies, open } = self.predicted(&tree);
-        if joint <= bodies && joint <= if open { LARGEST_TREE } else { LARGEST_PROGRAM } {
+        let fits = if open { joint <= LARGEST_TREE } else { joint + self.waiting(&tree) <= LARGEST_PROGRAM };
+        if joint <= bodies && fits {
             let why = format!("about {joint} operations per evaluation predicted, {bodies} in coordinates of bodies");
             return Ok((Some(tree), why));
         }
+        let joint = joint + if open { 0 } else { self.waiting(&tree) };
         Ok(cartesian(&format!("about {bodies} operations per evaluation predicted, {joint} in coordinates of joints")))
     }
 
@@ -125,6 +129,34 @@ impl Session {
         let bodies = (CARTESIAN_BODY + COUPLED * coupled) * self.model.bodies.len();
         let joint = predicted(tree, self.model.bodies.len(), open) + COUPLED * coupled * self.model.bodies.len();
         Predicted { joint, bodies, open }
+    }
+
+    /// Operations that the elimination of rows takes which wait for one coordinate: those of all loops that run through it go behind
+    /// it, when each of them has an entry with every other.
+    fn waiting(&self, tree: &SpanningTree) -> usize {
+        let Self { equations, model, plan, .. } = self;
+        let mut rows = vec![0; model.elements.len()];
+        equations.enforced().for_each(|row| rows[plan.layout.element_of_row(row).0] += 1);
+        tree.joints.iter().filter_map(|joint| joint.element).for_each(|element| rows[element] = 0);
+        let mut parents = vec![None; model.bodies.len()];
+        tree.joints.iter().for_each(|joint| parents[joint.child] = joint.parent);
+        // By the body that each joint of the tree carries, the rows of loops that run through it.
+        let mut through = vec![0; model.bodies.len()];
+        for (element, rows) in model.elements.iter().zip(&rows).filter(|(_, rows)| **rows > 0) {
+            let mut met: BTreeMap<usize, usize> = BTreeMap::new();
+            for marker in &element.markers {
+                for body in std::iter::successors(marker.body, |body| parents[*body]) {
+                    *met.entry(body).or_default() += 1;
+                }
+            }
+            let passed = met.into_iter().filter(|(_, times)| *times < element.markers.len());
+            passed.for_each(|(body, _)| through[body] += rows);
+        }
+        // Only so many of them are independent.
+        let columns: usize = tree.joints.iter().map(|joint| joint.coordinates + 3 * usize::from(joint.rotates)).sum();
+        let (all, left) = (rows.iter().sum::<usize>().max(1), columns.saturating_sub(plan.mobility));
+        let most = through.into_iter().max().unwrap_or(0) * left.min(all) / all;
+        most.pow(3) / 3
     }
 
     /// Why there are no joint coordinates.
