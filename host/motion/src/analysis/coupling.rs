@@ -166,12 +166,12 @@ impl Coupling {
         // A step from far off leaves its own round-off, which is a share of what it was and nothing of what is solved for.
         let falls = plain.iter().zip(&self.least).any(|(now, least)| *now < FALLS * least);
         let same = self.slots.iter().zip(&self.found).all(|(slot, was)| inputs[*slot] == *was);
-        let gained = |share: f64| !same && (falls || change < share * self.best);
-        let settled = !gained(1.0);
-        let exact = self.linear && regular && self.iteration > EXACT_STEPS && !gained(FALLS);
+        // What is no number has not settled.
+        let settles = |share: f64| same || (change >= share * self.best && !falls);
+        let exact = self.linear && regular && self.iteration > EXACT_STEPS && settles(FALLS);
         // The first guess of all is none that Newton's method has come to.
         let is_newtons = self.iteration > usize::from(!self.started);
-        if change <= CLOSE || (whole <= CLOSE_ENOUGH && is_newtons && settled) || exact {
+        if change <= CLOSE || (whole <= CLOSE_ENOUGH && is_newtons && settles(1.0)) || exact {
             self.started = true;
             return Ok(true);
         }
