@@ -12,7 +12,7 @@ use crate::analysis::Formulation;
 use crate::integrate::{Guard, GuardSet, Guards, Watched as Set};
 use crate::interval::Range as Stretch;
 use crate::plan::Layout;
-use crate::program::{Contact, Equations, Expr, Friction, Graph, Node, Ranges, Sharp, Switches};
+use crate::program::{Contact, Equations, Expr, Friction, Graph, Node, Ranges, Releasing, Sharp, Switches};
 
 /// How many times as many nodes frictions may have one by one as they have together, to be evaluated one by one.
 const APART: usize = 2;
@@ -42,7 +42,7 @@ pub(super) struct Bank {
 struct Opening {
     /// Place of the node.
     place: usize,
-    /// Number of the row among those that are unilateral, then those with a limit.
+    /// Number of the row among those that are unilateral, then those with a limit; behind these, of a joint that may be released.
     row: usize,
     /// Where the direction of sliding is among the discrete states; nothing of a unilateral row.
     direction: Range<usize>,
@@ -100,6 +100,8 @@ pub(super) struct Watching {
     pub(super) contacts: Vec<Contact>,
     /// Rows that hold up to a limit.
     pub(super) frictions: Vec<Friction>,
+    /// What decides on the releases of joints.
+    pub(super) releases: Vec<Releasing>,
 }
 
 impl Watching {
@@ -168,6 +170,13 @@ impl Watching {
         // No step is to open and close one again unnoticed.
         let mut gaps: Vec<Node> = self.contacts.iter().map(|contact| equations.stop_of(contact, layout)).collect();
         gaps.extend(self.frictions.iter().map(|friction| equations.sliding_speed(friction, layout)));
+        let g = &mut equations.graph;
+        for one in &self.releases {
+            let bounds = one.bounds.iter().map(|(_, bound)| g.constant(*bound)).collect::<Vec<_>>();
+            // Both bounds are passed where the product changes its sign.
+            let parts = bounds.into_iter().map(|bound| g.sub(bound, one.value)).collect::<Vec<_>>();
+            gaps.push(parts.into_iter().reduce(|a, b| g.mul(a, b)).unwrap_or(one.value));
+        }
         let gaps = gaps.into_iter().enumerate().map(|(row, node)| (node, Guard::Switch, Some(row)));
         let others = switches.chain(features).chain(rows).map(|(node, guard)| (node, guard, None));
         let mut all: Vec<(Node, Guard, Option<usize>)> = others.chain(gaps).collect();
@@ -212,7 +221,7 @@ impl Watching {
     }
 
     fn opening(&self, place: usize, row: usize) -> Opening {
-        let friction = row.checked_sub(self.contacts.len()).map(|number| &self.frictions[number]);
+        let friction = row.checked_sub(self.contacts.len()).and_then(|number| self.frictions.get(number));
         let direction = friction.map_or(0..0, |own| own.direction_at..own.direction_at + own.rows.len());
         Opening { place, row, direction }
     }
