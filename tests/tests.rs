@@ -123,6 +123,7 @@ mod plugins;
 mod prescribed;
 mod python_elements;
 mod random;
+mod release;
 mod resting;
 mod rooms;
 mod ropes;

@@ -94,8 +94,8 @@ pub(super) struct Watching {
     angles: Vec<(Node, usize)>,
     /// Periods at whose multiples steps end, s, and the end of the run.
     pub(super) periods: (Vec<f64>, f64),
-    /// Values of rows that must stay within plus and minus a limit.
-    pub(super) rows: Vec<(Node, f64)>,
+    /// Rows whose values must stay within plus and minus a limit.
+    pub(super) rows: Vec<(usize, Node, f64)>,
     /// Unilateral rows.
     pub(super) contacts: Vec<Contact>,
     /// Rows that hold up to a limit.
@@ -166,7 +166,10 @@ impl Watching {
         let mut guards = Guards::default();
         let switches = self.conditions.iter().map(|node| (*node, Guard::Switch));
         let features = self.sharp.of_motion.iter().map(|node| (*node, Guard::Feature));
-        let rows = self.rows.iter().map(|(node, limit)| (*node, Guard::Bound(*limit)));
+        // They do not any more where their joint has let go.
+        let first = self.contacts.len() + self.frictions.len();
+        let gone_with = |row: usize| self.releases.iter().position(|one| one.rows.contains(&row)).map(|k| first + k);
+        let rows = self.rows.iter().map(|(row, node, limit)| (*node, Guard::Bound(*limit), gone_with(*row)));
         // No step is to open and close one again unnoticed.
         let mut gaps: Vec<Node> = self.contacts.iter().map(|contact| equations.stop_of(contact, layout)).collect();
         gaps.extend(self.frictions.iter().map(|friction| equations.sliding_speed(friction, layout)));
@@ -178,7 +181,7 @@ impl Watching {
             gaps.push(parts.into_iter().reduce(|a, b| g.mul(a, b)).unwrap_or(one.value));
         }
         let gaps = gaps.into_iter().enumerate().map(|(row, node)| (node, Guard::Switch, Some(row)));
-        let others = switches.chain(features).chain(rows).map(|(node, guard)| (node, guard, None));
+        let others = switches.chain(features).map(|(node, guard)| (node, guard, None)).chain(rows);
         let mut all: Vec<(Node, Guard, Option<usize>)> = others.chain(gaps).collect();
         let number = all.len();
         all.retain(|(node, ..)| is_of_motion(equations, layout, *node));

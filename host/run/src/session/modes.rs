@@ -204,9 +204,10 @@ impl Run<'_> {
     }
 
     fn try_to_meet(&mut self) -> Result<(), Met> {
+        let mut again = self.system.was_met_at(self.time);
         loop {
             self.settle_contacts()?;
-            let due = self.system.due_releases(self.time, &self.state)?;
+            let due = self.system.due_releases(self.time, &self.state, std::mem::take(&mut again))?;
             if due.is_empty() {
                 return Ok(());
             }

@@ -137,6 +137,11 @@ impl Touch {
         self.others.iter().fold(self.past, |sum, (mode, _)| sum + mode.formulation.counters())
     }
 
+    /// Whether something was met at this time.
+    pub(super) fn was_met_at(&self, t: f64) -> bool {
+        self.met_at == t
+    }
+
     /// Drops equations that are not in use.
     pub(super) fn forget_modes(&mut self) {
         self.past = self.counters();

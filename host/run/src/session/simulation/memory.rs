@@ -114,6 +114,7 @@ impl<'a> Simulation<'a> {
         self.audit = Audit::from(&saved.carried.audit);
         self.contacts_were(&saved.carried.closed, &saved.carried.pressed);
         self.open_loads_were(&saved.carried.open_loads);
+        self.forget_bounds();
         self.references.copy_from_slice(&saved.references);
         self.discrete.copy_from_slice(&saved.discrete);
         (self.watched, self.largest_kinetic) = (saved.watched, saved.largest_kinetic);

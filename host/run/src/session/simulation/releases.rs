@@ -6,13 +6,19 @@ use super::Simulation;
 use super::contacts::Touch;
 use super::part::Part;
 use crate::analysis::{AnalysisError, Contacts, Formulation};
-use crate::model::Model;
+use crate::model::{Instance, Model};
 use crate::plan::Layout;
 use crate::program::{Equations, Node, Releasing};
 use crate::results::{Event, EventKind, significant};
 
 /// What is left of a bound, as a share of its size, below which it is reached.
 const REACHED: f64 = 1e-9;
+
+/// How far ahead it is looked for a jump, as a share of the last step, and in roundings of the time.
+const JUMP: f64 = 1e-12;
+const ROUNDINGS: f64 = 16.0;
+/// The same for what leaves a bound, as a share of the last step and of the time that it takes to move by the size of the scene.
+const SOON: f64 = 1e-4;
 
 /// The joints of a scene that may be released.
 pub(super) struct Releases {
@@ -21,6 +27,11 @@ pub(super) struct Releases {
     values: Part,
     /// What the rest of a bound is compared with.
     sizes: Vec<f64>,
+    /// Whether each is decided by the time.
+    of_time: Vec<bool>,
+    /// What has been within its bounds since the run began: it is over as soon as one is reached. What begins at a bound has to go
+    /// beyond it.
+    was_within: Vec<bool>,
     /// Name of each, of what decides, and its unit with that in SI.
     names: Vec<(String, String, String, f64)>,
 }
@@ -37,6 +48,8 @@ impl Releases {
         Self {
             values: Part::near(formulation, equations, &nodes, layout),
             sizes: vec![1.0; list.len()],
+            of_time: list.iter().map(|one| is_of_time(&model.elements[one.element])).collect(),
+            was_within: vec![false; list.len()],
             names: names.collect(),
             list,
         }
@@ -50,11 +63,27 @@ impl Releases {
         self.values.used()
     }
 
+    /// What is left of the bounds of each, over its size; nothing of those that are gone.
+    fn left(&self, k: usize, values: &[f64]) -> Option<f64> {
+        let one = &self.list[k];
+        (!one.gone).then(|| one.left(values[k]) / self.sizes[k])
+    }
+
+    /// Those of which as much is left as `is_due` says, with what decides.
+    fn due(&self, values: &[f64], is_due: impl Fn(usize, f64) -> bool) -> Vec<(usize, f64)> {
+        let due = (0..self.list.len()).filter(|k| self.left(*k, values).is_some_and(|left| is_due(*k, left)));
+        due.map(|k| (self.list[k].element, values[k])).collect()
+    }
+
     /// What bounds and values are of the size of, at a value.
     fn size(one: &Releasing, value: f64) -> f64 {
         let size = one.bounds.iter().map(|(_, bound)| bound.abs()).fold(value.abs(), f64::max);
         if size > 0.0 { size } else { 1.0 }
     }
+}
+
+fn is_of_time(joint: &Instance) -> bool {
+    joint.release.as_ref().is_some_and(|release| release.quantity.is_none())
 }
 
 impl Touch {
@@ -97,16 +126,17 @@ impl Simulation<'_> {
             return Ok(());
         }
         let values = self.deciding(t, state)?;
-        let Some(Touch { releases, .. }) = &self.touch else { return Ok(()) };
+        let Some(Touch { releases, .. }) = &mut self.touch else { return Ok(()) };
         for (k, left) in left.iter_mut().enumerate() {
             let one = &releases.list[k];
             *left = if one.gone { 1.0 } else { one.left(values[k]) / releases.sizes[k] };
+            releases.was_within[k] |= *left > REACHED;
         }
         Ok(())
     }
 
     /// The joints that are released at an accepted state, by their elements, with what decided, SI; the sizes of the others are taken
-    /// anew.
+    /// anew. `again`: steps have ended at this time before, so that something must be.
     ///
     /// # Errors
     /// See [`AnalysisError`].
@@ -114,17 +144,43 @@ impl Simulation<'_> {
         &mut self,
         t: f64,
         state: &[f64],
+        again: bool,
     ) -> Result<Vec<(usize, f64)>, AnalysisError> {
         let values = self.deciding(t, state)?;
         let Some(Touch { releases, .. }) = &mut self.touch else { return Ok(Vec::new()) };
-        let mut due = Vec::new();
-        for ((one, size), value) in releases.list.iter().zip(&mut releases.sizes).zip(values) {
-            *size = Releases::size(one, value);
-            if !one.gone && one.left(value) <= REACHED * *size {
-                due.push((one.element, value));
-            }
+        for ((one, size), value) in releases.list.iter().zip(&mut releases.sizes).zip(&values) {
+            *size = Releases::size(one, *value);
         }
-        Ok(due)
+        let reached = |k: usize| releases.of_time[k] || releases.was_within[k];
+        let due = releases.due(&values, |k, left| left <= if reached(k) { REACHED } else { -REACHED });
+        if !due.is_empty() || !again {
+            return Ok(due);
+        }
+        // Steps end here once more, and nothing is due: what decides jumps, or leaves a bound that it began at.
+        let step = self.last_steps[0].max(self.last_steps[1]);
+        let behind = self.deciding_ahead(JUMP * step + ROUNDINGS * f64::EPSILON * t.abs(), t, state)?;
+        let there = self.deciding_ahead((SOON * step).max(SOON * self.scales.length / self.speed()), t, state)?;
+        let Some(Touch { releases, .. }) = &self.touch else { return Ok(Vec::new()) };
+        let is_at = |k: usize| releases.left(k, &values).is_some_and(|left| left <= REACHED);
+        let leaves = |k: usize| is_at(k) && releases.left(k, &there).is_some_and(|left| left < 0.0);
+        Ok(releases.due(&behind, |k, left| left <= -REACHED || leaves(k)))
+    }
+
+    /// What decides on releases a moment later.
+    fn deciding_ahead(&mut self, ahead: f64, t: f64, state: &[f64]) -> Result<Vec<f64>, AnalysisError> {
+        let mut rates = [vec![0.0; state.len()], vec![0.0; state.len()]];
+        self.formulation.rates(t, state, &mut rates[0])?;
+        let mut there: Vec<f64> = state.iter().zip(&rates[0]).map(|(y, rate)| y + ahead * rate).collect();
+        self.formulation.rates(t + ahead, &there, &mut rates[1])?;
+        for (k, y) in there.iter_mut().enumerate() {
+            *y = state[k] + 0.5 * ahead * (rates[0][k] + rates[1][k]);
+        }
+        self.deciding(t + ahead, &there)
+    }
+
+    /// Whether steps ended at this time before.
+    pub(in crate::session) fn was_met_at(&self, t: f64) -> bool {
+        self.touch.as_ref().is_some_and(|touch| touch.was_met_at(t))
     }
 
     /// Reports that joints have let go.
@@ -136,7 +192,8 @@ impl Simulation<'_> {
         let event = |(element, value): &(usize, f64)| {
             let k = releases.list.iter().position(|one| one.element == *element)?;
             let (joint, name, unit, factor) = releases.names[k].clone();
-            let row = format!("{name} = {} {unit}", significant(value / factor, 9)).trim_end().to_owned();
+            let unit = if unit == "1" { String::new() } else { format!(" {unit}") };
+            let row = format!("{name} = {}{unit}", significant(value / factor, 9));
             let kind = EventKind::Releases;
             Some(Event { time: t, element: joint, row, kind, rates: [0.0; 2], impulse: 0.0, lost: 0.0 })
         };
@@ -159,6 +216,11 @@ impl Simulation<'_> {
         touch.contacts = Contacts::new(equations, model, layout, length)?;
         touch.releases.list.iter_mut().zip(&equations.releases).for_each(|(own, one)| own.gone = one.gone);
         Ok(())
+    }
+
+    /// Begins anew at another time.
+    pub(super) fn forget_bounds(&mut self) {
+        self.touch.iter_mut().for_each(|touch| touch.releases.was_within.fill(false));
     }
 
     /// The joints that have let go, by their elements.
