@@ -124,6 +124,7 @@ mod prescribed;
 mod python_elements;
 mod random;
 mod release;
+mod release_kept;
 mod resting;
 mod rooms;
 mod ropes;

@@ -9,7 +9,7 @@ use odyn_numerics::draw::SplitMix64;
 use rustc_hash::FxHashMap;
 
 use super::decide::Reaction;
-use crate::model::{Axes, Instance, MAGNITUDE, Model, Quantity, Source};
+use crate::model::{Instance, Model, Quantity, Source};
 
 /// Share of the change that a load of the same size in any direction causes, below which a change is round-off.
 const SHOWS: f64 = 1e-7;
@@ -70,11 +70,16 @@ pub(super) fn undetermined(
         }
         for (element, instance) in model.elements.iter().enumerate() {
             let decides = instance.release.as_ref().and_then(|release| release.quantity.as_ref());
-            if decides.is_some_and(|quantity| is_open(&Source::Quantity(quantity.clone()), reactions, &before)) {
-                let (channels, checks) = (instance.class.reported().len(), instance.class.checks.len());
-                found.retain(|known| known.element != element);
-                let (channels, checks) = (vec![false; channels], vec![false; checks]);
-                found.push(Undetermined { element, load: true, channels, checks });
+            if !decides.is_some_and(|quantity| is_open(&Source::Quantity(quantity.clone()), reactions, &before)) {
+                continue;
+            }
+            match found.iter_mut().find(|known| known.element == element) {
+                Some(known) => known.load = true,
+                None => {
+                    let channels = vec![false; instance.class.reported().len()];
+                    let checks = vec![false; instance.class.checks.len()];
+                    found.push(Undetermined { element, load: true, channels, checks });
+                }
             }
         }
         found.sort_by_key(|known| known.element);
@@ -88,15 +93,10 @@ pub(super) fn undetermined(
 fn is_open(source: &Source, reactions: &[Reaction], known: &[Undetermined]) -> bool {
     match source {
         Source::Constant(_) => false,
-        Source::Quantity(Quantity::Load { element, frame, torque, axes, component }) => {
+        Source::Quantity(Quantity::Load { element, frame, torque, .. }) => {
             let of = |r: &&Reaction| r.element == *element && r.frame == *frame;
             let components = |r: &Reaction| if *torque { r.torque } else { r.force };
-            let is_one = *axes == Axes::Ground && *component < MAGNITUDE;
-            let open = |r: &Reaction| match is_one {
-                true => !components(r)[*component],
-                false => components(r).contains(&false),
-            };
-            reactions.iter().find(of).is_some_and(open)
+            reactions.iter().find(of).is_some_and(|r| components(r).contains(&false))
                 || known.iter().any(|open| open.element == *element && open.load)
         }
         Source::Quantity(Quantity::Value { element, channel }) => {

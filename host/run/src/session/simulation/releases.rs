@@ -14,6 +14,8 @@ use crate::results::{Event, EventKind, significant};
 /// What is left of a bound, as a share of its size, below which it is reached.
 const REACHED: f64 = 1e-9;
 
+/// The same beyond which what began at a bound has left it; steps end where it is twice as much.
+const BEYOND: f64 = 5e-14;
 /// How far ahead it is looked for a jump, as a share of the last step, and in roundings of the time.
 const JUMP: f64 = 1e-12;
 const ROUNDINGS: f64 = 16.0;
@@ -152,7 +154,7 @@ impl Simulation<'_> {
             *size = Releases::size(one, *value);
         }
         let reached = |k: usize| releases.of_time[k] || releases.was_within[k];
-        let due = releases.due(&values, |k, left| left <= if reached(k) { REACHED } else { -REACHED });
+        let due = releases.due(&values, |k, left| left <= if reached(k) { REACHED } else { -BEYOND });
         if !due.is_empty() || !again {
             return Ok(due);
         }
