@@ -123,6 +123,8 @@ mod plugins;
 mod prescribed;
 mod python_elements;
 mod random;
+mod release;
+mod release_kept;
 mod resting;
 mod rooms;
 mod ropes;

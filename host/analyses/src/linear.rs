@@ -185,7 +185,14 @@ impl Linear {
             chosen_out.iter().map(|channel| model.channels[*channel].quantity.clone()).collect();
         let (loads, places) = loads_of(model);
         quantities.extend(loads);
-        let rows = rows_in_force(&session.equations, &instant.closed);
+        let rows = match instant.released == session.equations.released() {
+            true => rows_in_force(&session.equations, &instant.closed),
+            false => {
+                let mut since = session.equations.clone();
+                since.let_go(&instant.released);
+                rows_in_force(&since, &instant.closed)
+            }
+        };
         let length = session.assembly.scales.length;
         let mut local = Local::new(&session.equations, model, layout, (&rows, length), &quantities);
         let failed = |error: &dyn std::fmt::Display| {
@@ -305,6 +312,10 @@ impl Linear {
         let equations = &session.equations;
         if equations.enforced().any(|row| !equations.graph.is_zero(equations.rows[row].time)) {
             self.notes.push("joints are driven: their prescribed motion is held as at this instant".into());
+        }
+        for one in &equations.releases {
+            let state = if instant.released.contains(&one.element) { "has let go" } else { "is taken to hold" };
+            self.notes.push(format!("`{}` may be released: it {state}", session.model.elements[one.element].name));
         }
         for (number, contact) in equations.contacts.iter().enumerate() {
             let (element, k) = layout.element_of_row(contact.row);

@@ -1,4 +1,4 @@
-//! What happened to contacts and to friction that sticks: one line for each row, the list itself is for the scripts.
+//! What happened to contacts, to friction that sticks and to joints that let go: one line for each row, the list itself is for the scripts.
 
 use crate::page::html::{Side, escape, table};
 use crate::results::{Event, EventKind, significant};
@@ -27,6 +27,7 @@ pub(crate) fn summary(source: &Source, several: bool) -> String {
         (EventKind::Opens, "opens"),
         (EventKind::Sticks, "sticks"),
         (EventKind::Slides, "slides"),
+        (EventKind::Releases, "releases"),
     ];
     let happened = |kind: EventKind| source.events.iter().any(|event| event.kind == kind);
     let shown: Vec<(EventKind, &str)> = kinds.into_iter().filter(|(kind, _)| happened(*kind)).collect();

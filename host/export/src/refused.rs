@@ -24,6 +24,11 @@ pub(crate) fn before(session: &Session) -> Option<Diagnostic> {
         let help = "friction as a smooth function of the velocity can be exported";
         return Some(refusal(session, of_row(friction.rows[0]), what, help));
     }
+    if let Some(release) = equations.releases.first() {
+        let what = "may be released: other equations of motion hold from then on";
+        let help = "export the mechanism before the release (`release` left out) or after it (the joint disabled)";
+        return Some(refusal(session, &model.elements[release.element], what, help));
+    }
     if session.starts_singular() {
         let message = "the scene starts in a singular position, or next to one";
         let help = "steps of a fixed size need rows that are independent: start the scene at another place";

@@ -6,6 +6,7 @@ use super::dimension::Dimension;
 use super::raw::{RawKind, RawTable, RawValue, Spanned};
 use super::reader::{NamesTaken, Reader, Record};
 use super::record::{ElementKind, ElementRecord, InputRecord, InputSource, LocalFrame, Placement};
+use super::release::{self, RELEASE_KEY};
 use super::rotation::{are_parallel, parallel};
 use odyn_diagnostics::{Diagnostic, codes};
 
@@ -67,6 +68,7 @@ fn read_element(
         Some(raw) => read_inputs(raw, reader),
         None => Vec::new(),
     };
+    let release = if kind == ElementKind::Joint { release::read(record, reader) } else { None };
     let placement = read_placement(record, reader);
     let params = read_params(record, reader);
     let enabled = reader.flag(record, "enabled", true);
@@ -77,6 +79,7 @@ fn read_element(
         bodies,
         joints,
         inputs,
+        release,
         placement,
         params,
         span: record.table.span.clone(),
@@ -87,7 +90,8 @@ fn read_element(
 fn check_keys(kind: ElementKind, record: &Record<'_>, reader: &mut Reader<'_>) {
     if kind != ElementKind::Joint {
         let known: Vec<&str> = KEYS.iter().copied().chain([JOINTS_KEY]).collect();
-        reader.check_keys(record, &known);
+        let table = release::misplaced(record, reader);
+        reader.check_keys(&Record { table: &table, what: record.what.clone() }, &known);
         return;
     }
     let (misplaced, others): (Vec<_>, Vec<_>) =
@@ -101,7 +105,8 @@ fn check_keys(kind: ElementKind, record: &Record<'_>, reader: &mut Reader<'_>) {
         );
     }
     let table = RawTable { span: record.table.span.clone(), entries: others };
-    reader.check_keys(&Record { table: &table, what: record.what.clone() }, KEYS);
+    let known: Vec<&str> = KEYS.iter().copied().chain([RELEASE_KEY]).collect();
+    reader.check_keys(&Record { table: &table, what: record.what.clone() }, &known);
 }
 
 /// A text that could be the name of a signal is one, unless it has a value as an expression.

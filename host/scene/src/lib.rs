@@ -75,6 +75,7 @@ mod quantity;
 mod raw;
 mod reader;
 mod record;
+mod release;
 mod rotation;
 mod rounding;
 pub mod schema;
@@ -100,6 +101,7 @@ pub use record::{
     ExternalInput, FigureRecord, InputRecord, InputSource, LibraryRecord, LocalFrame, NumberRecord, OutputRecord,
     OutputTimes, Placement, PluginRequest, Reference, SampleTime, Scene, Simulation, Take, VerificationRecord,
 };
+pub use release::{ReleaseRecord, ReleaseWhen};
 pub use shapes::{ShapeKind, ShapeRecord};
 pub use unit_system::UnitSystem;
 pub use units::{UnitError, name_and_unit, number_and_unit, parse_unit};

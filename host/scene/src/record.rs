@@ -3,6 +3,7 @@
 
 use super::bodies::PointMass;
 use super::raw::{RawTable, RawValue, Spanned};
+use super::release::ReleaseRecord;
 use super::rounding::round_to_15_digits;
 use super::shapes::ShapeRecord;
 use super::unit_system::UnitSystem;
@@ -258,6 +259,8 @@ pub struct ElementRecord {
     pub joints: Vec<Spanned<String>>,
     /// Signals it receives, in the order of the text; force and control elements only.
     pub inputs: Vec<InputRecord>,
+    /// When it lets go; joints only.
+    pub release: Option<ReleaseRecord>,
     /// Where its frames are; the span is that of the decisive key, or of the header.
     pub placement: Spanned<Placement>,
     /// Parameters as written; its span is that of the value, or of the header.

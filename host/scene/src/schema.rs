@@ -363,8 +363,24 @@ pub(super) fn element_keys(takes_reactions: bool) -> Vec<Key> {
     ));
     if takes_reactions {
         keys.push(("joints", list(word()), "Joints whose reactions it depends on."));
+    } else {
+        keys.push((
+            "release",
+            table(release_keys(), &[]),
+            "When the joint lets go of its bodies, for good: as soon as a signal leaves a range, or at a time.",
+        ));
     }
     keys
+}
+
+/// Keys of `release`.
+pub(super) fn release_keys() -> Vec<Key> {
+    vec![
+        ("when", word(), "The signal that decides: the name of an output or an input, or ELEMENT.CHANNEL."),
+        ("above", quantity(), "With `when`: the joint lets go as soon as the signal exceeds this."),
+        ("below", quantity(), "With `when`: the joint lets go as soon as the signal falls short of this."),
+        ("at", of(Dimension::TIME), "The time at which the joint lets go, instead of a signal."),
+    ]
 }
 
 fn element(kind: &str) -> Value {
@@ -384,7 +400,11 @@ pub(super) fn output_keys() -> Vec<Key> {
         ("name", name("."), "Its name: the column of the results, and a signal."),
         ("quantity", word(), "What it reports."),
         ("of", word(), "Body or element."),
-        ("component", one_of_plain(["x", "y", "z", "e0", "e1", "e2", "e3"]), "Component of a vector."),
+        (
+            "component",
+            one_of_plain(["x", "y", "z", "magnitude", "e0", "e1", "e2", "e3"]),
+            "Component of a vector; of forces and torques also their magnitude.",
+        ),
         ("on", word(), "Body that a reaction or force acts on; the last one of the element if left out."),
         ("point", vector_of(Dimension::LENGTH), "Point in body coordinates; the origin if left out."),
         ("frame", word(), "Whose axes: \"ground\" or a body."),

@@ -219,7 +219,7 @@ fn say_friction(session: &Session, friction: &[Held], notes: &mut Vec<String>) {
 fn settle(session: &Session, search: &Search<'_>, place: Place, number: usize) -> Result<Equilibrium, SessionError> {
     let Place { inputs, closed, steps, audit, not_unique, friction } = place;
     let layout = &session.plan.layout;
-    let instant = Instant { time: inputs[0], inputs, closed };
+    let instant = Instant { time: inputs[0], inputs, closed, released: session.equations.released() };
     let linear = Linear::at(session, &instant, None, None)?;
     let mut modes = Modes::of(session, &linear)?;
     if !not_unique.is_empty() {

@@ -15,6 +15,7 @@ export async function readRuns(text) {
     title: run.summary.title,
     over: run.summary.over || "time",
     parts: run.summary.parts ?? [],
+    releases: run.summary.releases ?? [],
     timeUnit: run.channels[0].unit,
     secondsPerUnit: run.channels[0].si_per_unit,
     times: block(run.time),

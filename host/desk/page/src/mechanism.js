@@ -18,6 +18,8 @@ export class Mechanism {
     this.ground = new Group();
     this.group.add(this.ground, ...this.bodies);
     this.links = [];
+    // What joints look like that let go, each with its time.
+    this.released = [];
     header.elements.forEach((element) => this.element(element));
     this.arrows = header.loads.map((load) => this.load(load));
     this.traces = new Map();
@@ -46,18 +48,23 @@ export class Mechanism {
   }
 
   element(element) {
+    const release = (this.run.releases ?? []).find(({ joint }) => joint === element.name && element.kind === "joint");
+    const drawn = (object) => release && this.released.push({ object, time: release.time });
     const shown = element.kind === "joint" ? element.frames.slice(-1) : element.frames.slice(0, 1);
     if (element.kind !== "control") {
       for (const frame of shown) {
         const body = this.motion.header.bodies[frame.body];
         // Bodies with shapes show their joints themselves.
         if (body?.shapes.length) continue;
-        this.carrier(frame.body).add(place(glyph(element.glyph, this.size, "#8a8f98"), frame));
+        const object = place(glyph(element.glyph, this.size, "#8a8f98"), frame);
+        this.carrier(frame.body).add(object);
+        drawn(object);
       }
     }
     if (["spring", "rod"].includes(element.glyph) && element.frames.length > 1) {
       const object = between(element.glyph, this.size, "#8a8f98");
       this.group.add(object);
+      drawn(object);
       this.links.push({ object, ends: element.frames.slice(0, 2) });
     }
   }
@@ -143,6 +150,7 @@ export class Mechanism {
       const [a, b] = ends.map((end) => this.point(end.body, end.r, t));
       stretch(object, a, b.sub(a), 1);
     }
+    for (const { object, time } of this.released) object.visible = t / this.run.inFirst < time;
     const [row, share] = locate(this.motion.times, t / this.run.inFirst);
     const { loads, loadNumbers } = this.motion;
     this.arrows.forEach(({ load, force, torque, frame }, k) => {

@@ -47,6 +47,8 @@ const NO_SPEED: f64 = 1e-11;
 pub struct Contacts {
     contacts: Vec<Contact>,
     frictions: Vec<Friction>,
+    /// By contact, then by friction: whether its joint was released.
+    gone: Vec<bool>,
     /// Jacobian, values, derivatives by time and gammas of all rows of the scene.
     rows: Constraints,
     /// Those that always hold.
@@ -160,6 +162,7 @@ impl Contacts {
             scales: body_scales(model, length),
             contacts: equations.contacts.clone(),
             frictions: equations.frictions.clone(),
+            gone: equations.switching_rows().map(|row| equations.is_gone(row)).collect(),
             rows,
             always,
             length,
@@ -172,7 +175,10 @@ impl Contacts {
     /// What an opaque element did wrong.
     pub fn look(&mut self, inputs: &[f64], velocities: &[f64], sets: &Sets) -> Result<Vec<Gap>, AnalysisError> {
         self.rows.evaluate(inputs, sets)?;
-        let gap = |contact: &Contact| {
+        let gap = |(number, contact): (usize, &Contact)| {
+            if self.gone[number] {
+                return Gap { value: f64::INFINITY, rate: 0.0, slip: 0.0, size: 1.0, of_velocities: false };
+            }
             let rate = |row: usize| {
                 let entries = self.row(row);
                 let rate: f64 = entries.iter().map(|(column, slope)| slope * velocities[*column]).sum();
@@ -183,7 +189,13 @@ impl Contacts {
             let (rate, size) = rate(row);
             Gap { value: self.rows.function(0)[row], rate, slip, size, of_velocities: contact.of_velocities }
         };
-        Ok(self.contacts.iter().map(gap).collect())
+        Ok(self.contacts.iter().enumerate().map(gap).collect())
+    }
+
+    /// Whether a contact, or behind these a friction, is one of a joint that was released.
+    #[must_use]
+    pub fn is_gone(&self, number: usize) -> bool {
+        self.gone[number]
     }
 
     /// Length of the gradient of each contact where [`Contacts::look`] looked last, then of each friction, the longest of its rows.
@@ -269,7 +281,7 @@ impl Contacts {
         let mut grips = Vec::new();
         for (number, friction) in self.frictions.iter().enumerate() {
             let contact = friction.contact.map(|contact| touching.iter().position(|k| *k == contact));
-            if contact == Some(None) {
+            if contact == Some(None) || self.gone[self.contacts.len() + number] {
                 continue;
             }
             let (limit, stuck) = limits(number);

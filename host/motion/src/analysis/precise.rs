@@ -35,6 +35,9 @@ pub enum NotPrecise {
     #[error("rows of contacts are unilateral: which of them hold changes between the steps of a method")]
     Unilateral,
     /// See the message.
+    #[error("a joint may be released: which rows hold changes between the steps of a method")]
+    Released,
+    /// See the message.
     #[error("forces depend on reactions or accelerations, and are found by iterations in doubles")]
     Coupled,
     /// See the message.
@@ -80,6 +83,9 @@ impl PreciseMotion {
     ) -> Result<Self, NotPrecise> {
         if !equations.graph.calls.is_empty() {
             return Err(NotPrecise::Opaque);
+        }
+        if !equations.releases.is_empty() {
+            return Err(NotPrecise::Released);
         }
         if equations.switches_rows() {
             return Err(NotPrecise::Unilateral);

@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 use super::bodies::{Bodies, Target, quoted};
 use super::elements::Elements;
 use super::parameters::dimension_of;
-use super::types::{Axes, Channel, Instance, Level, Quantity};
+use super::types::{Axes, Channel, Instance, Level, MAGNITUDE, Quantity};
 use crate::diagnostics::{Code, Diagnostic, codes, suggest};
 use crate::scene::{Dimension, ExternalInput, GROUND, OutputRecord, Scene, Spanned};
 
@@ -217,7 +217,7 @@ impl Words<'_> {
 
     fn load(&self, record: &OutputRecord, kind: Kind, torque: bool) -> Found<(Quantity, Dimension, String)> {
         let (element, instance) = self.element(record, kind)?;
-        let component = component(record, &["x", "y", "z"])?;
+        let component = component(record, &["x", "y", "z", "magnitude"])?;
         let (axes, axes_name) = self.axes(record)?;
         let names = self.body_names(instance);
         let frame = match &record.on {
@@ -241,11 +241,14 @@ impl Words<'_> {
             }
         };
         let (dimension, what) = if torque { (Dimension::TORQUE, "torque") } else { (Dimension::FORCE, "force") };
-        let place = format!(
-            "{what} of {} on {} at its frame there, components along the axes of {axes_name}",
-            instance.name,
-            names.get(frame).map_or("?", String::as_str)
-        );
+        let on = names.get(frame).map_or("?", String::as_str);
+        let place = match component {
+            MAGNITUDE => format!("magnitude of the {what} of {} on {on} at its frame there", instance.name),
+            _ => {
+                let name = &instance.name;
+                format!("{what} of {name} on {on} at its frame there, components along the axes of {axes_name}")
+            }
+        };
         Ok((Quantity::Load { element, frame, torque, axes, component }, dimension, place))
     }
 

@@ -454,6 +454,7 @@ impl Elements {
             rows,
             inputs: Vec::new(),
             joints,
+            release: None,
             grids,
         })
     }

@@ -19,6 +19,7 @@
 //! | `together.rs` | points of an element between which a line has no direction |
 //! | `margins.rs` | what is looked at while a scene runs: checks of elements, arguments of grids |
 //! | `channels.rs` | the words of requested outputs |
+//! | `release.rs` | when joints let go |
 //! | `picture.rs` | what a picture of the motion is made of |
 //! | `schema.rs` | what elements add to the JSON schema of scenes |
 
@@ -32,6 +33,7 @@ mod margins;
 mod moved_rows;
 mod parameters;
 mod picture;
+mod release;
 pub mod schema;
 mod signals;
 mod tables;
@@ -53,9 +55,10 @@ pub use inertia::{FramePose, loads_along, mass_at};
 pub use margins::{Watched, WatchedValue};
 pub use parameters::resolve as resolve_parameters;
 pub use picture::{Place, Shown, movable_records, place_of_shape};
+pub use release::Release;
 pub use together::{needs_distance, origins, together};
 pub use types::{
-    Axes, Body, Channel, GridUse, Instance, Lent, Level, Marker, Model, Quantity, Signal, Source, Thin,
+    Axes, Body, Channel, GridUse, Instance, Lent, Level, MAGNITUDE, Marker, Model, Quantity, Signal, Source, Thin,
     euler_parameters, rotation, skew,
 };
 
@@ -81,6 +84,7 @@ pub fn resolve(scene: &Scene, catalog: &Catalog) -> Result<Resolved, Vec<Diagnos
     let channels = channels::resolve(scene, &bodies, &elements, &mut found);
     if !found.iter().any(Diagnostic::is_error) {
         signals::connect(scene, catalog, &channels, &mut elements.instances, &mut found);
+        release::resolve(scene, &channels, &mut elements.instances, &mut found);
         signals::warn_of_unused(scene, &channels, &elements.instances, &mut found);
     }
     if found.iter().any(Diagnostic::is_error) {

@@ -1,5 +1,7 @@
 //! What is connected to the signal inputs of force and control elements.
 
+use std::ops::Range;
+
 use element_api::recording::{Input, Op, Role};
 use element_api::{Descriptor, Kind, NamedInput, Recording};
 use rustc_hash::FxHashMap;
@@ -118,7 +120,8 @@ pub(super) fn warn_of_unused(scene: &Scene, channels: &[Channel], instances: &[I
         Source::Constant(_) => None,
     });
     let mut used = vec![false; scene.inputs.len()];
-    for quantity in signals.chain(channels.iter().map(|channel| &channel.quantity)) {
+    let releases = instances.iter().filter_map(|instance| instance.release.as_ref()?.quantity.as_ref());
+    for quantity in signals.chain(releases).chain(channels.iter().map(|channel| &channel.quantity)) {
         if let Quantity::Given { input } = quantity {
             used[*input] = true;
         }
@@ -167,13 +170,7 @@ fn source(
         }
         InputSource::Reference(name) => name,
     };
-    let output = channels.iter().find(|channel| channel.name == *name);
-    let input = scene.inputs.iter().position(|input| input.name.value == *name);
-    let (quantity, given) = match (output, input) {
-        (Some(channel), _) => (channel.quantity.clone(), channel.dimension),
-        (None, Some(input)) => (Quantity::Given { input }, scene.inputs[input].dimension),
-        (None, None) => element_channel(name, written, scene, channels, instances)?,
-    };
+    let (quantity, given) = named(name, &written.span, scene, channels, instances)?;
     match dimension {
         Some(expected) if !given.compatible(expected) => Err(Box::new(
             Diagnostic::error(codes::DIMENSION, format!("expected {expected}, found {given}"))
@@ -184,10 +181,27 @@ fn source(
     }
 }
 
+/// What a name stands for: an output, an input, `ELEMENT.CHANNEL`.
+pub(super) fn named(
+    name: &str,
+    written: &Range<usize>,
+    scene: &Scene,
+    channels: &[Channel],
+    instances: &[Instance],
+) -> Found<(Quantity, Dimension)> {
+    let output = channels.iter().find(|channel| channel.name == *name);
+    let input = scene.inputs.iter().position(|input| input.name.value == *name);
+    match (output, input) {
+        (Some(channel), _) => Ok((channel.quantity.clone(), channel.dimension)),
+        (None, Some(input)) => Ok((Quantity::Given { input }, scene.inputs[input].dimension)),
+        (None, None) => element_channel(name, written, scene, channels, instances),
+    }
+}
+
 /// `ELEMENT.CHANNEL`: a signal, a reported value, a joint coordinate.
 fn element_channel(
     name: &str,
-    written: &Spanned<InputSource>,
+    written: &Range<usize>,
     scene: &Scene,
     channels: &[Channel],
     instances: &[Instance],
@@ -217,7 +231,7 @@ fn element_channel(
             None => format!("it has {}", quoted(&known)),
         };
         return Err(Box::new(
-            Diagnostic::error(codes::UNKNOWN_CHANNEL, message).at(written.span.clone(), "unknown").help(help),
+            Diagnostic::error(codes::UNKNOWN_CHANNEL, message).at(written.clone(), "unknown").help(help),
         ));
     }
     let mut known: Vec<String> = channels.iter().map(|channel| channel.name.clone()).collect();
@@ -229,7 +243,7 @@ fn element_channel(
     let nearest = suggest(name, known.iter().map(String::as_str)).map(|n| format!("did you mean `{n}`?"));
     Err(Box::new(
         Diagnostic::error(codes::UNKNOWN_TARGET, format!("there is no signal `{name}`"))
-            .at(written.span.clone(), "unknown")
+            .at(written.clone(), "unknown")
             .help_if(nearest)
             .help("a signal is the name of an `[[output]]` or an `[[input]]`, or ELEMENT.CHANNEL, or a constant"),
     ))

@@ -7,6 +7,7 @@ use element_api::set::ElementSet;
 use element_api::{Descriptor, Kind, Recording};
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 
+use super::release::Release;
 use crate::catalog::LibraryInfo;
 use crate::scene::Dimension;
 
@@ -152,6 +153,8 @@ pub struct Instance {
     pub inputs: Vec<Source>,
     /// The joints whose reactions it takes, as indices of elements.
     pub joints: Vec<usize>,
+    /// When it lets go of its bodies, for good; of a joint that may.
+    pub release: Option<Release>,
     /// How it looks up the grids that the scene gave it; of joints, curves that end with a kink.
     pub grids: Vec<GridUse>,
 }
@@ -271,6 +274,9 @@ pub enum Level {
     Acceleration,
 }
 
+/// The component that is the length of a load.
+pub const MAGNITUDE: usize = 3;
+
 /// What an output column contains.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Quantity {
@@ -324,7 +330,7 @@ pub enum Quantity {
         torque: bool,
         /// Directions of the components.
         axes: Axes,
-        /// 0, 1, 2.
+        /// 0, 1, 2; [`MAGNITUDE`].
         component: usize,
     },
     /// A value reported by a force element, or a signal of a control element.

@@ -40,8 +40,12 @@ impl Topology {
             let own = bodies + index;
             element.markers.iter().filter_map(|marker| marker.body).for_each(|body| join(&mut parent, own, body));
             element.joints.iter().for_each(|joint| join(&mut parent, own, bodies + joint));
-            for source in &element.inputs {
-                let Source::Quantity(quantity) = source else { continue };
+            let signals = element.inputs.iter().filter_map(|source| match source {
+                Source::Quantity(quantity) => Some(quantity),
+                Source::Constant(_) => None,
+            });
+            let decides = element.release.iter().filter_map(|release| release.quantity.as_ref());
+            for quantity in signals.chain(decides) {
                 // What comes from outside connects nothing.
                 if matches!(quantity, Quantity::Given { .. }) {
                     continue;

@@ -166,14 +166,16 @@ struct Edge {
 }
 
 impl Edge {
-    /// `None` where the element offers no coordinates, or some of the rows they stand for are switched off.
+    /// `None` where the element offers no coordinates, or some of the rows they stand for are switched off, or it may let go: the
+    /// coordinates are the same before and after.
     fn new(model: &Model, element: usize) -> Option<Self> {
         let instance = &model.elements[element];
         let coordinates = instance.class.mobility?;
         let [first, second] = &instance.markers[..] else { return None };
         let complete = instance.rows.len() == instance.class.rows.len();
         let particle = |body: Option<usize>| body.is_some_and(|body| model.bodies[body].particle);
-        let offered = instance.class.kind == Kind::Joint && !instance.class.opaque && complete;
+        let stays = instance.release.is_none();
+        let offered = instance.class.kind == Kind::Joint && !instance.class.opaque && complete && stays;
         if !offered || first.body == second.body || particle(first.body) || particle(second.body) {
             return None;
         }

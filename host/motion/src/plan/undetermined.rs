@@ -68,6 +68,20 @@ pub(super) fn undetermined(
                 found.push(Undetermined { element, load, channels, checks });
             }
         }
+        for (element, instance) in model.elements.iter().enumerate() {
+            let decides = instance.release.as_ref().and_then(|release| release.quantity.as_ref());
+            if !decides.is_some_and(|quantity| is_open(&Source::Quantity(quantity.clone()), reactions, &before)) {
+                continue;
+            }
+            match found.iter_mut().find(|known| known.element == element) {
+                Some(known) => known.load = true,
+                None => {
+                    let channels = vec![false; instance.class.reported().len()];
+                    let checks = vec![false; instance.class.checks.len()];
+                    found.push(Undetermined { element, load: true, channels, checks });
+                }
+            }
+        }
         found.sort_by_key(|known| known.element);
         if found == before {
             return found;

@@ -31,7 +31,7 @@ impl Contact {
 }
 
 impl Equations {
-    /// The rows that are enforced, ascending: all but those of open contacts.
+    /// The rows that are enforced, ascending: all but those of open contacts, and of joints that were released.
     pub fn enforced(&self) -> impl Iterator<Item = usize> + Clone + '_ {
         (0..self.rows.len()).filter(|row| self.is_enforced(*row))
     }
@@ -107,7 +107,8 @@ impl Equations {
         let (multipliers, directions) = (layout.multiplier_slot(), layout.discrete_slot());
         let still = self.frictions.iter().filter(|friction| {
             let is_open = |number: usize| !self.is_enforced(self.contacts[number].row);
-            self.is_enforced(friction.rows[0]) || friction.contact.is_some_and(is_open)
+            let first = friction.rows[0];
+            self.is_enforced(first) || self.is_gone(first) || friction.contact.is_some_and(is_open)
         });
         let directions = still.flat_map(move |friction| {
             let first = directions + friction.direction_at;
@@ -121,7 +122,9 @@ impl Equations {
         let all = contacts.chain(self.frictions.iter().map(|friction| friction.rows.clone()));
         let open = all.enumerate().filter(|(number, _)| !closed.contains(number));
         self.open = open.flat_map(|(_, rows): (usize, Vec<usize>)| rows).collect();
+        self.open.extend(self.releases.iter().filter(|one| one.gone).flat_map(|one| one.rows.clone()));
         self.open.sort_unstable();
+        self.open.dedup();
     }
 
     /// The unilateral rows of a joint whose rows begin at `first`.

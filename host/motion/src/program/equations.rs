@@ -16,6 +16,7 @@ use super::coupling::CoupledInput;
 use super::inertia::FreeInertia;
 use super::kinematics::{BodyNodes, FrameNodes, body_nodes, dot4, frame_nodes, g_matrix, transposed};
 use super::opaque::{call_inputs, opaque_results};
+use super::releases::Releasing;
 use super::sliding::Friction;
 use crate::model::{Body, Instance, Marker, Model};
 use crate::plan::Layout;
@@ -105,7 +106,10 @@ pub struct Equations {
     pub contacts: Vec<Contact>,
     /// Those of them that hold up to a limit, in their order.
     pub frictions: Vec<Friction>,
-    /// The rows that are not enforced, ascending: those of contacts that are open, and of frictions that slide.
+    /// Joints that may be released, in their order.
+    pub releases: Vec<Releasing>,
+    /// The rows that are not enforced, ascending: those of contacts that are open, of frictions that slide, and of joints that were
+    /// released.
     pub(super) open: Vec<usize>,
     /// Right side Q of the equations of motion, six (seven) per body: applied and velocity-dependent forces.
     pub loads: Vec<Node>,
@@ -159,7 +163,7 @@ impl Equations {
     #[must_use]
     pub fn build_for_tree(model: &Model, layout: &Layout) -> Self {
         let mut equations = Self::build_by(model, layout, Form::Working, false);
-        let plain = equations.contacts.is_empty() && equations.frictions.is_empty() && equations.coupling.is_empty();
+        let plain = !equations.switches_rows() && equations.coupling.is_empty();
         if !plain || layout.states > 0 {
             equations.write_gammas();
         }
@@ -186,6 +190,7 @@ impl Equations {
             rows: Arc::new(Vec::with_capacity(layout.rows)),
             contacts: Vec::new(),
             frictions: Vec::new(),
+            releases: Vec::new(),
             open: Vec::new(),
             coupling: Vec::new(),
             may_need_solution: false,
@@ -199,6 +204,7 @@ impl Equations {
             form,
             bodies,
         };
+        equations.add_releases(model, layout);
         for input in 0..model.inputs.len() {
             equations.next_discrete[layout.given_at + input] = equations.graph.input(layout.given_slot(input));
         }
@@ -221,6 +227,7 @@ impl Equations {
         equations.add_explicit_power(layout, &stored);
         equations.find_coupling(layout);
         equations.may_need_solution = equations.needs_solution();
+        equations.watch_releases(model, layout);
         equations
     }
 
@@ -247,6 +254,7 @@ impl Equations {
             rows: Arc::clone(&self.rows),
             contacts: self.contacts.clone(),
             frictions: self.frictions.clone(),
+            releases: self.releases.clone(),
             open: self.open.clone(),
             loads: self.loads.clone(),
             state_rates: self.state_rates.clone(),

@@ -17,6 +17,7 @@
 //! | `velocity_rows.rs` | rows on velocities |
 //! | `contacts.rs` | unilateral rows, and which rows are enforced |
 //! | `sliding.rs` | rows that hold up to a limit: friction |
+//! | `releases.rs` | joints that let go for good |
 //! | `acting.rs` | force and control elements, and the signals between them |
 //! | `inertia.rs` | kinetic energy that elements bring, and their flexible coordinates |
 //! | `coupling.rs` | forces that depend on accelerations and reactions |
@@ -50,6 +51,7 @@ mod prescribed;
 mod projection;
 mod rate_sizes;
 mod reactions;
+mod releases;
 mod sharp;
 mod sliding;
 mod spatial;
@@ -77,6 +79,7 @@ pub use kinematics::{BodyNodes, turned_parameters};
 pub use projection::Projecting;
 pub use rate_sizes::{RateSizes, sizes_of_forces};
 pub use reactions::{Reactions, Working};
+pub use releases::Releasing;
 pub use sharp::{Knots, Sharp};
 pub use sliding::Friction;
 #[cfg(test)]

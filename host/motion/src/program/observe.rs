@@ -7,8 +7,11 @@ use odyn_graph::{Expr, Node, V3};
 
 use super::equations::{Equations, Form, Row, bodies_of};
 use super::kinematics::{dot4, g_matrix, transposed};
-use crate::model::{Axes, Level, Model, Quantity, Shown, Watched, WatchedValue};
+use crate::model::{Axes, Level, MAGNITUDE, Model, Quantity, Shown, Watched, WatchedValue};
 use crate::plan::Layout;
+
+/// Keeps the derivative of the length of a vector finite where it is zero.
+const NOTHING: f64 = 1e-300;
 
 impl Equations {
     /// The nodes of all channels of the model, SI; written down when they are first asked for.
@@ -97,6 +100,7 @@ impl Equations {
         let mut roots: Vec<Node> = self.channels(model, layout);
         roots.extend(model.watched().iter().map(|watched| self.watched(watched)));
         roots.extend([self.kinetic, self.potential]);
+        roots.extend(self.releases.iter().map(|one| one.value));
         let lists = [&self.next_discrete, &self.dissipation, &self.supplied];
         roots.extend(lists.into_iter().flatten());
         for element in self.elements.iter() {
@@ -120,6 +124,7 @@ impl Equations {
             nodes.extend(row.jacobian.iter().map(|(_, node)| *node));
         }
         nodes.extend(self.graph.calls.iter().flat_map(|call| &call.arguments));
+        nodes.extend(self.releases.iter().map(|one| one.value));
         nodes
     }
 
@@ -167,6 +172,14 @@ impl Equations {
 
     /// A component of a ground vector in the axes asked for.
     pub(super) fn component(&mut self, vector: V3, axes: Axes, component: usize) -> Node {
+        if component == MAGNITUDE {
+            let g = &mut self.graph;
+            let square = g.dot3(vector, vector);
+            let nothing = g.constant(NOTHING);
+            let more = g.add(square, nothing);
+            let length = g.sqrt(more);
+            return g.div(square, length);
+        }
         match axes {
             Axes::Ground => vector[component],
             Axes::Body(body) => {

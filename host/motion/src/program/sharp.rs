@@ -74,6 +74,7 @@ impl Sharp {
         let graph = &equations.graph;
         let mut roots = equations.loads.clone();
         roots.extend(&equations.state_rates);
+        roots.extend(equations.releases.iter().map(|one| one.value));
         roots.extend(equations.rows.iter().flat_map(|row| [row.value, row.time, row.gamma]));
         let live = graph.live(&roots);
         if !live.iter().any(|node| is_source(graph, *node)) {

@@ -36,10 +36,11 @@ pub struct Friction {
 }
 
 impl Equations {
-    /// Whether rows come and go during the motion: those of contacts, and those that hold up to a limit.
+    /// Whether rows come and go during the motion: those of contacts, those that hold up to a limit, and those of joints that may be
+    /// released.
     #[must_use]
     pub fn switches_rows(&self) -> bool {
-        !self.contacts.is_empty() || !self.frictions.is_empty()
+        !self.contacts.is_empty() || !self.frictions.is_empty() || !self.releases.is_empty()
     }
 
     /// The first row of each contact, then of each friction.

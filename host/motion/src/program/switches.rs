@@ -27,6 +27,7 @@ impl Switches {
         }
         let mut roots = equations.loads.clone();
         roots.extend(&equations.state_rates);
+        roots.extend(equations.releases.iter().map(|one| one.value));
         roots.extend(equations.rows.iter().map(|row| row.gamma));
         Self { conditions: conditions(graph, &graph.live(&roots), &moving(graph, layout)) }
     }

@@ -27,6 +27,8 @@ pub enum EventKind {
     Sticks,
     /// It begins to slide, or to slide the other way.
     Slides,
+    /// A joint lets go of its bodies, for good; the row says what decided.
+    Releases,
     /// From here on rigid bodies do not determine its reaction; the row says which part. Told once.
     Indeterminate,
     /// From here on it slides with a limit that depends on such a reaction, and the motion on it. Told once.
@@ -43,6 +45,7 @@ impl EventKind {
             Self::Opens => "opens",
             Self::Sticks => "sticks",
             Self::Slides => "slides",
+            Self::Releases => "releases",
             Self::Indeterminate => "indeterminate",
             Self::Ambiguous => "ambiguous",
         }

@@ -85,7 +85,7 @@ pub use motion::{
 pub use remedies::{Recoveries, Remedy};
 pub use report::report;
 pub use seal::{checksum, checksum_of_file, seal, unseal};
-pub use summary::{FigureResult, IslandWork, LibraryUsed, StartVelocity, Status, Summary, Work};
+pub use summary::{FigureResult, IslandWork, LibraryUsed, Released, StartVelocity, Status, Summary, Work};
 pub use summary::{replace, replace_with};
 pub use table::Table;
 pub use text::significant;

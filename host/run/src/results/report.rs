@@ -6,7 +6,8 @@ use crate::diagnostics::{Code, codes, shown, shown_on_one_line};
 
 use super::text::{Side, aligned, count, duration, significant};
 use super::{
-    AuditLimits, CHANNELS_FILE, CheckResult, FigureResult, Measure, RESULTS_FILE, SUMMARY_FILE, Status, Summary,
+    AuditLimits, CHANNELS_FILE, CheckResult, FigureResult, Measure, RESULTS_FILE, Released, SUMMARY_FILE, Status,
+    Summary,
 };
 
 /// Warnings that come at the end of a run.
@@ -24,6 +25,7 @@ const MOST_NAMES: usize = 6;
 pub fn report(summary: &Summary, folder: Option<&Path>, color: bool) -> String {
     let mut out = outcome(summary);
     out.push_str(&start(summary));
+    out.push_str(&releases(summary));
     out.push_str(&audit(summary));
     out.push_str(&figures(&summary.figures));
     out.push_str(&checks(&summary.checks));
@@ -134,6 +136,23 @@ fn start(summary: &Summary) -> String {
     match chosen.is_empty() {
         true => String::new(),
         false => format!("start: velocities chosen by least kinetic energy: {}{more}\n", chosen.join(", ")),
+    }
+}
+
+/// `released: sling at t = 0.512 s (angle = 0.524 rad)`; nothing where no joint has let go.
+fn releases(summary: &Summary) -> String {
+    let one = |release: &Released| {
+        let at = with_unit(significant(release.time, 9), &summary.time_unit);
+        format!("{} at t = {at} ({})", release.joint, release.by)
+    };
+    let named: Vec<String> = summary.releases.iter().take(MOST_NAMES).map(one).collect();
+    let more = match summary.releases.len().saturating_sub(MOST_NAMES) {
+        0 => String::new(),
+        more => format!(", and {more} more"),
+    };
+    match named.is_empty() {
+        true => String::new(),
+        false => format!("released: {}{more}\n", named.join(", ")),
     }
 }
 

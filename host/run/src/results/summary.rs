@@ -155,6 +155,9 @@ pub struct Summary {
     pub not_unique: Vec<String>,
     /// Velocities at the start that neither the scene nor the joints determine: those of least kinetic energy were taken.
     pub chosen_velocities: Vec<StartVelocity>,
+    /// Joints that have let go, in the order of their times.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub releases: Vec<Released>,
     /// What was checked.
     pub audit: Audit,
     /// What the audit may find before results are suspect; `None` where it is not judged.
@@ -240,6 +243,17 @@ impl std::fmt::Display for StartVelocity {
         let Self { body, quantity, component, value, unit } = self;
         write!(f, "{body}: {quantity} {component} = {} {unit}", significant(*value, 4))
     }
+}
+
+/// A joint that has let go during the run.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Released {
+    /// The joint.
+    pub joint: String,
+    /// When, in `time_unit`.
+    pub time: f64,
+    /// What decided, with its value: `tension = 30 N`.
+    pub by: String,
 }
 
 /// A figure of the scene as it came out.

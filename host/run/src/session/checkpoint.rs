@@ -117,6 +117,9 @@ pub struct Carried {
     /// Contacts that were closed.
     #[serde(default)]
     pub(super) closed: Vec<usize>,
+    /// Joints that had let go, by their elements.
+    #[serde(default)]
+    pub(super) released: Vec<usize>,
     /// The largest reactions of contacts lately: see `levels.rs`.
     #[serde(default)]
     pub(super) pressed: Pressed,

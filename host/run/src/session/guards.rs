@@ -12,7 +12,7 @@ use crate::analysis::Formulation;
 use crate::integrate::{Guard, GuardSet, Guards, Watched as Set};
 use crate::interval::Range as Stretch;
 use crate::plan::Layout;
-use crate::program::{Contact, Equations, Expr, Friction, Graph, Node, Ranges, Sharp, Switches};
+use crate::program::{Contact, Equations, Expr, Friction, Graph, Node, Ranges, Releasing, Sharp, Switches};
 
 /// How many times as many nodes frictions may have one by one as they have together, to be evaluated one by one.
 const APART: usize = 2;
@@ -42,7 +42,7 @@ pub(super) struct Bank {
 struct Opening {
     /// Place of the node.
     place: usize,
-    /// Number of the row among those that are unilateral, then those with a limit.
+    /// Number of the row among those that are unilateral, then those with a limit; behind these, of a joint that may be released.
     row: usize,
     /// Where the direction of sliding is among the discrete states; nothing of a unilateral row.
     direction: Range<usize>,
@@ -94,12 +94,14 @@ pub(super) struct Watching {
     angles: Vec<(Node, usize)>,
     /// Periods at whose multiples steps end, s, and the end of the run.
     pub(super) periods: (Vec<f64>, f64),
-    /// Values of rows that must stay within plus and minus a limit.
-    pub(super) rows: Vec<(Node, f64)>,
+    /// Rows whose values must stay within plus and minus a limit.
+    pub(super) rows: Vec<(usize, Node, f64)>,
     /// Unilateral rows.
     pub(super) contacts: Vec<Contact>,
     /// Rows that hold up to a limit.
     pub(super) frictions: Vec<Friction>,
+    /// What decides on the releases of joints.
+    pub(super) releases: Vec<Releasing>,
 }
 
 impl Watching {
@@ -164,12 +166,22 @@ impl Watching {
         let mut guards = Guards::default();
         let switches = self.conditions.iter().map(|node| (*node, Guard::Switch));
         let features = self.sharp.of_motion.iter().map(|node| (*node, Guard::Feature));
-        let rows = self.rows.iter().map(|(node, limit)| (*node, Guard::Bound(*limit)));
+        // They do not any more where their joint has let go.
+        let first = self.contacts.len() + self.frictions.len();
+        let gone_with = |row: usize| self.releases.iter().position(|one| one.rows.contains(&row)).map(|k| first + k);
+        let rows = self.rows.iter().map(|(row, node, limit)| (*node, Guard::Bound(*limit), gone_with(*row)));
         // No step is to open and close one again unnoticed.
         let mut gaps: Vec<Node> = self.contacts.iter().map(|contact| equations.stop_of(contact, layout)).collect();
         gaps.extend(self.frictions.iter().map(|friction| equations.sliding_speed(friction, layout)));
+        let g = &mut equations.graph;
+        for one in &self.releases {
+            let bounds = one.bounds.iter().map(|(_, bound)| g.constant(*bound)).collect::<Vec<_>>();
+            // Both bounds are passed where the product changes its sign.
+            let parts = bounds.into_iter().map(|bound| g.sub(bound, one.value)).collect::<Vec<_>>();
+            gaps.push(parts.into_iter().reduce(|a, b| g.mul(a, b)).unwrap_or(one.value));
+        }
         let gaps = gaps.into_iter().enumerate().map(|(row, node)| (node, Guard::Switch, Some(row)));
-        let others = switches.chain(features).chain(rows).map(|(node, guard)| (node, guard, None));
+        let others = switches.chain(features).map(|(node, guard)| (node, guard, None)).chain(rows);
         let mut all: Vec<(Node, Guard, Option<usize>)> = others.chain(gaps).collect();
         let number = all.len();
         all.retain(|(node, ..)| is_of_motion(equations, layout, *node));
@@ -212,7 +224,7 @@ impl Watching {
     }
 
     fn opening(&self, place: usize, row: usize) -> Opening {
-        let friction = row.checked_sub(self.contacts.len()).map(|number| &self.frictions[number]);
+        let friction = row.checked_sub(self.contacts.len()).and_then(|number| self.frictions.get(number));
         let direction = friction.map_or(0..0, |own| own.direction_at..own.direction_at + own.rows.len());
         Opening { place, row, direction }
     }

@@ -15,6 +15,8 @@ pub struct Instant {
     pub inputs: Vec<f64>,
     /// Contacts that are closed, by their number in [`crate::program::Equations::contacts`].
     pub closed: Vec<usize>,
+    /// Joints that have let go, by their elements.
+    pub released: Vec<usize>,
 }
 
 impl Session {
@@ -47,6 +49,7 @@ impl Run<'_> {
             let error = IntegrateError::System { t: self.time, cause: Box::new(error) };
             self.session.integration_error(&error)
         })?;
-        Ok(Instant { time: self.time, inputs, closed: self.system.closed_contacts().to_vec() })
+        let (closed, released) = (self.system.closed_contacts().to_vec(), self.system.released());
+        Ok(Instant { time: self.time, inputs, closed, released })
     }
 }

@@ -256,6 +256,7 @@ impl Session {
         let mut own = Self::of_scene(scene, Vec::new(), &self.catalog, &self.options, start, Instant::now())?;
         if let Some(state) = &self.begins.state {
             own.load_memories(&state.memories)?;
+            own.begin_released(&state.released)?;
         }
         Ok(own)
     }
@@ -318,6 +319,7 @@ impl Session {
             *work += own;
         }
         whole.memories.extend(end.memories.iter().cloned());
+        whole.released.extend(end.released.iter().cloned());
     }
 
     /// The islands, prepared to be integrated apart.

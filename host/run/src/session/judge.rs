@@ -4,8 +4,10 @@ use super::opened::Session;
 use super::options::DEFAULT_METHOD;
 use super::samplings::Samplings;
 use crate::diagnostics::{Code, codes};
-use crate::model::{Axes, Quantity};
-use crate::results::{Audit, AuditLimits, EventKind, Excess, Measure, Remedy, ResultsError, Summary, significant};
+use crate::model::{Axes, MAGNITUDE, Quantity};
+use crate::results::{
+    Audit, AuditLimits, EventKind, Excess, Measure, Released, Remedy, ResultsError, Summary, significant,
+};
 use crate::scene::{AuditTolerance, Dimension};
 use element_api::descriptor::Kind;
 
@@ -52,6 +54,10 @@ impl Session {
         if !self.equations.switches_rows() {
             return Ok(());
         }
+        let unit = self.scene.units.factor(Dimension::TIME);
+        let released = samplings.events.first(EventKind::Releases)?.into_iter();
+        summary.releases = released.map(|([joint, by], time)| Released { joint, time: time / unit, by }).collect();
+        summary.releases.sort_by(|a, b| a.time.total_cmp(&b.time));
         let open = samplings.events.first(EventKind::Indeterminate)?;
         // When the first of these parts of a load was open; all where no part is named.
         let since = |element: usize, part: Option<&str>| {
@@ -65,7 +71,7 @@ impl Session {
             let Quantity::Load { element, torque, axes, component, .. } = &channel.quantity else { continue };
             let part = match (torque, axes) {
                 (true, _) => "torque",
-                (false, Axes::Ground) => ["force x", "force y", "force z"][*component],
+                (false, Axes::Ground) if *component < MAGNITUDE => ["force x", "force y", "force z"][*component],
                 (false, _) => "force",
             };
             if let Some(time) = since(*element, Some(part))
@@ -165,8 +171,12 @@ impl Session {
         }
         if summary.audit_limits.is_some() {
             for open in self.plan.undetermined.iter().filter(|open| open.load) {
+                let what = match self.model.elements[open.element].class.kind {
+                    Kind::Joint => "release",
+                    Kind::Force | Kind::Control => "load",
+                };
                 let reason = format!(
-                    "the load of `{}` depends on a reaction that rigid bodies do not determine, and the motion with it: other \
+                    "the {what} of `{}` depends on a reaction that rigid bodies do not determine, and the motion with it: other \
                      coordinates compute another of many motions; free redundant rows with less restrictive joints (`odyn check`)",
                     self.model.elements[open.element].name
                 );

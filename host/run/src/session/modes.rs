@@ -8,6 +8,7 @@ use super::simulation::Mode;
 use crate::analysis::{AnalysisError, Assembly, Constraints, Formulation};
 use crate::diagnostics::{Diagnostic, codes};
 use crate::integrate::{IntegrateError, Status, StopReason};
+use crate::plan::Plan;
 use crate::program::Equations;
 use crate::scene::Spanned;
 
@@ -17,25 +18,38 @@ impl Session {
     /// # Errors
     /// Names the method or the engine.
     pub(super) fn contacts_fit(&self, fixed_step: bool) -> Result<(), SessionError> {
-        let Some(first) = self.equations.switching_rows().next() else { return Ok(()) };
+        if !self.equations.switches_rows() {
+            return Ok(());
+        }
         let engine = self.scene.simulation.engine.as_ref().filter(|engine| engine.value == "reference");
         let (what, help) = match (fixed_step, engine) {
             (true, _) => (
                 match self.equations.contacts.is_empty() {
+                    true if self.equations.frictions.is_empty() => {
+                        "steps of a fixed size cannot end where a joint lets go"
+                    }
                     true => "steps of a fixed size cannot end where it begins to slide and to stick",
                     false => "steps of a fixed size cannot end where contacts close and open",
                 },
                 "use a method that chooses its steps: auto",
             ),
+            (_, Some(_)) if self.equations.switching_rows().next().is_none() => {
+                ("the engine `reference` knows no joints that let go", "use `auto`")
+            }
             (_, Some(_)) if self.equations.contacts.is_empty() => {
                 ("the engine `reference` knows no rows that slide", "use `auto`")
             }
             (_, Some(_)) => ("the engine `reference` knows no unilateral rows", "use `auto`"),
             _ => return Ok(()),
         };
-        let (element, _) = self.plan.layout.element_of_row(first);
+        let first = self.equations.switching_rows().next().map(|row| self.plan.layout.element_of_row(row).0);
+        let element = first.or_else(|| self.equations.releases.first().map(|one| one.element)).unwrap_or_default();
         let name = &self.model.elements[element].name;
-        let is = if self.equations.contacts.is_empty() { "holds up to a limit" } else { "is unilateral" };
+        let is = match first {
+            None => "may be released",
+            Some(_) if self.equations.contacts.is_empty() => "holds up to a limit",
+            Some(_) => "is unilateral",
+        };
         let diagnostic = Diagnostic::error(codes::UNKNOWN_METHOD, format!("`{name}` {is}: {what}"));
         Err(SessionError::one(&self.scene.source, diagnostic.help(help)))
     }
@@ -44,6 +58,11 @@ impl Session {
     pub(super) fn contact_names(&self) -> Vec<String> {
         let rows = self.equations.contacts.iter().map(|contact| contact.row);
         rows.map(|row| self.row_name(row)).collect()
+    }
+
+    /// The joints that may be released.
+    pub(super) fn release_names(&self) -> Vec<String> {
+        self.equations.releases.iter().map(|one| self.model.elements[one.element].name.clone()).collect()
     }
 
     /// The rows that hold up to a limit, each with its element.
@@ -76,12 +95,7 @@ impl Session {
     ) -> Result<(Mode, Equations), SessionError> {
         let layout = self.plan.layout.clone();
         let equations = self.equations.in_mode(closed, &layout);
-        let decide_with =
-            |choice: bool| decide(&self.scene, &self.model, &equations, &layout, (place.0, &place.1), choice);
-        let mut plan = decide_with(self.pruning.row_choice)?;
-        if blind(&equations, plan.redundant_rows.iter().map(|row| row.row)) {
-            plan = decide_with(false)?;
-        }
+        let plan = self.decided(&equations, (place.0, &place.1))?;
         let rows = Constraints::of_all(&equations).map_err(|e| super::error::start_error(&self.scene, &e))?;
         let was = (std::mem::replace(&mut self.plan, plan), self.ahead.replace(place));
         let asked = self.scene.simulation.formulation.replace(Spanned::new(coordinates.to_owned(), 0..0));
@@ -90,6 +104,37 @@ impl Session {
         (self.plan, self.ahead) = was;
         let (formulation, equations) = made?;
         Ok((Mode { closed: closed.to_vec(), formulation, rows }, equations))
+    }
+
+    /// What is decided from equations at a place.
+    fn decided(&self, equations: &Equations, place: (f64, &Assembly)) -> Result<Plan, SessionError> {
+        let decide_with = |choice: bool| decide(&self.scene, &self.model, equations, &self.plan.layout, place, choice);
+        let plan = decide_with(self.pruning.row_choice)?;
+        match blind(equations, plan.redundant_rows.iter().map(|row| row.row)) {
+            true => decide_with(false),
+            false => Ok(plan),
+        }
+    }
+
+    /// Begins where these joints have let go, by their names; those of elements that are not here are left out.
+    ///
+    /// # Errors
+    /// A joint that the scene never releases.
+    pub(super) fn begin_released(&mut self, names: &[String]) -> Result<(), SessionError> {
+        let named = |k: &usize| names.contains(&self.model.elements[*k].name);
+        let gone: Vec<usize> = (0..self.model.elements.len()).filter(named).collect();
+        if let Some(kept) = gone.iter().find(|k| self.model.elements[**k].release.is_none()) {
+            let name = &self.model.elements[*kept].name;
+            let message = format!("`{name}` had let go where the run to continue from ended, and has no `release` now");
+            let diagnostic = Diagnostic::error(codes::CANNOT_GO_ON, message);
+            return Err(SessionError::one(&self.scene.source, diagnostic.help("give it back, or start anew")));
+        }
+        if gone != self.equations.released() {
+            self.equations.let_go(&gone);
+            self.plan = self.decided(&self.equations, (self.begins.time, &self.assembly))?;
+            self.ahead = None;
+        }
+        Ok(())
     }
 
     /// The equations of motion with others in place of the session's, which come back with them.
@@ -159,6 +204,40 @@ impl Run<'_> {
     }
 
     fn try_to_meet(&mut self) -> Result<(), Met> {
+        let mut again = self.system.was_met_at(self.time);
+        loop {
+            self.settle_contacts()?;
+            let due = self.system.due_releases(self.time, &self.state, std::mem::take(&mut again))?;
+            if due.is_empty() {
+                return Ok(());
+            }
+            // What they held is taken over by others, which may let go for that.
+            let mut gone = self.system.released();
+            gone.extend(due.iter().map(|(element, _)| element));
+            self.let_go(&gone)?;
+            self.system.report_releases(self.time, &due)?;
+        }
+    }
+
+    /// Goes on without the rows of these joints, and of no others.
+    fn let_go(&mut self, gone: &[usize]) -> Result<(), Met> {
+        self.session.equations.let_go(gone);
+        self.make_mode(&[])?;
+        Ok(self.system.forget_released(&mut self.session.equations, &self.session.model)?)
+    }
+
+    /// The joints that had let go where the run was saved have done so, and no others.
+    pub(super) fn be_released(&mut self, gone: &[usize]) -> Result<(), SessionError> {
+        if self.system.released() == gone {
+            return Ok(());
+        }
+        self.let_go(gone).map_err(|problem| match problem {
+            Met::Analysis(error) => self.failed(error),
+            Met::Session(error) => error,
+        })
+    }
+
+    fn settle_contacts(&mut self) -> Result<(), Met> {
         let t = self.time;
         let mut closed = self.system.meet(t, &mut self.state)?;
         loop {

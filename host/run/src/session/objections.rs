@@ -229,6 +229,9 @@ pub(super) fn reaction_warnings(plan: &Plan, model: &Model, scene: &Scene) -> Ve
             })
             .unwrap_or_else(|| {
                 let place = record.map_or(0..0, |record| record.name.span.clone());
+                if element.release.is_some() {
+                    return (place, "is released by a load that redundant joint equations leave open".into());
+                }
                 (place, "takes signals that redundant joint equations leave open".into())
             });
         let (open, then) = if open.load {

@@ -58,6 +58,7 @@ impl Session {
         }
         self.assembly.references.clone_from(&state.references);
         self.assembly.discrete.clone_from(&state.discrete);
+        self.begin_released(&state.released)?;
         self.begins.state = Some(state);
         Ok(())
     }

@@ -172,6 +172,7 @@ impl Prepared {
         system.examine_contacts(t_start, &state).map_err(|e| session.bad_contact(&e))?;
         watching.contacts = session.equations.contacts.clone();
         watching.frictions = session.equations.frictions.clone();
+        watching.releases = session.equations.releases.clone();
         watching.rows = system
             .watch_rows_left_out(&session.equations, t_start, &state)
             .map_err(|e| start_error(&session.scene, &e))?;

@@ -36,6 +36,9 @@ pub struct CheckReport {
     pub contacts: Vec<String>,
     /// The rows that hold up to a limit.
     pub frictions: Vec<String>,
+    /// Joints that may be released during a run.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub releases: Vec<String>,
     /// Joints.
     pub joints: usize,
     /// Force elements.
@@ -116,6 +119,9 @@ pub struct PlanReport {
     pub contacts: Vec<String>,
     /// The rows that hold up to a limit.
     pub frictions: Vec<String>,
+    /// Joints that may be released during a run.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub releases: Vec<String>,
     /// Elements that sample, each with its period.
     pub sampled: Vec<String>,
     /// Opaque elements, called at run time.
@@ -167,6 +173,7 @@ impl Session {
             rows: self.plan.rows.len(),
             contacts: self.contact_names(),
             frictions: self.friction_names(),
+            releases: self.release_names(),
             rank: self.plan.independent_rows.len(),
             mobility: self.plan.mobility,
             redundant_rows: self.plan.redundant_rows.iter().map(|row| row.name.clone()).collect(),
@@ -346,6 +353,7 @@ impl Session {
             machine_code_pays_after: maker.runs_that_pay(counts.operations) as u64,
             contacts: self.contact_names(),
             frictions: self.friction_names(),
+            releases: self.release_names(),
             sampled: sampled.collect(),
             opaque: opaque
                 .map(|e| {
@@ -400,6 +408,9 @@ impl std::fmt::Display for CheckReport {
         if !self.frictions.is_empty() {
             let rows = plural(self.frictions.len(), "row", "rows");
             writeln!(f, "besides {rows} that hold up to a limit: {}", all(&self.frictions))?;
+        }
+        if !self.releases.is_empty() {
+            writeln!(f, "as long as nothing is released: {}", all(&self.releases))?;
         }
         if self.redundant_rows.is_empty() {
             writeln!(f, "no redundant rows: every reaction is unique")?;
@@ -463,6 +474,13 @@ impl std::fmt::Display for PlanReport {
                 f,
                 "friction: {}; steps end where they begin to slide and to stick, and rows are enforced while they stick",
                 all(&self.frictions)
+            )?;
+        }
+        if !self.releases.is_empty() {
+            writeln!(
+                f,
+                "released: {}; steps end where joints let go, whose rows are gone from there",
+                all(&self.releases)
             )?;
         }
         if !self.sampled.is_empty() {

@@ -37,6 +37,9 @@ pub struct Restart {
     pub discrete: Vec<f64>,
     /// What the scene gave its inputs, SI: where a scene gives another value now, that is meant, and not what the input had.
     pub given: Vec<f64>,
+    /// Names of the joints that had let go.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub released: Vec<String>,
     /// Private memories of opaque elements: name and bytes.
     pub memories: Vec<(String, Vec<u8>)>,
 }
@@ -54,6 +57,7 @@ impl Restart {
             references: references.to_vec(),
             discrete: discrete.to_vec(),
             given: model.inputs.iter().map(|input| input.value).collect(),
+            released: Vec::new(),
             memories: Vec::new(),
         }
     }

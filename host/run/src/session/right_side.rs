@@ -44,6 +44,9 @@ fn memory(session: &Session) -> Option<String> {
         let name = session.model.elements[element].row_name(row);
         return Some(format!("{what}: the contact `{name}` closes and opens"));
     }
+    if let Some(one) = session.equations.releases.first() {
+        return Some(format!("{what}: `{}` lets go", session.model.elements[one.element].name));
+    }
     if session.equations.switches_rows() {
         return Some(format!("{what}: rows stick and slide"));
     }

@@ -362,9 +362,13 @@ impl<'a> Run<'a> {
             return Err(self.refuse(diagnostic.help("a run can be brought back to what was saved of the same scene")));
         }
         self.system.restore(&saved.system).map_err(|error| self.failed(error))?;
-        self.system.set_now(saved.time);
         self.time = saved.time;
         self.state.copy_from_slice(&saved.state);
+        if self.system.released() != saved.system.carried.released {
+            self.be_released(&saved.system.carried.released)?;
+            self.system.restore(&saved.system).map_err(|error| self.failed(error))?;
+        }
+        self.system.set_now(saved.time);
         self.options.steps_before = saved.system.carried.steps_tried as usize;
         if let Rows::Kept(rows) = self.system.rows_taken_mut() {
             rows.go_back(saved.system.samples);

@@ -11,6 +11,7 @@ mod memory;
 mod part;
 mod partners;
 mod picture;
+mod releases;
 mod settle;
 mod system;
 mod unknowns;

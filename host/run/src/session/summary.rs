@@ -9,7 +9,7 @@ use crate::analysis::{AnalysisError, Counters};
 use crate::catalog::fault_code;
 use crate::diagnostics::{Code, Diagnostic, codes};
 use crate::integrate::{self, IntegrateError, Outcome, StopReason};
-use crate::model::{Channel, Quantity};
+use crate::model::{Channel, MAGNITUDE, Quantity};
 use crate::results::{Audit, ChannelInfo, LibraryUsed, Remedy, ResultsError, Status, Summary, checksum, significant};
 use crate::scene::{Dimension, OutputRecord};
 
@@ -60,7 +60,8 @@ impl Session {
     pub(super) fn channel_info(&self, (number, channel): (usize, &Channel)) -> ChannelInfo {
         let unique = match &channel.quantity {
             Quantity::Load { element, frame, torque, axes, component } => {
-                let component = matches!(axes, crate::model::Axes::Ground).then_some(*component);
+                let component =
+                    matches!(axes, crate::model::Axes::Ground).then_some(*component).filter(|k| *k < MAGNITUDE);
                 self.plan.is_unique(*element, *frame, *torque, component)
             }
             Quantity::Value { element, channel } => {

@@ -3,7 +3,7 @@
 use serde_json::Value;
 
 use super::super::schema::{self, DIMENSION, Key, ORDER};
-use super::super::{KEYS, bodies, elements, inputs, outputs, page, settings, shapes, verification};
+use super::super::{KEYS, bodies, elements, inputs, outputs, page, release, settings, shapes, verification};
 use super::reject;
 
 #[track_caller]
@@ -23,7 +23,8 @@ fn every_key_of_the_reader_is_in_the_schema() {
     same(&schema::simulation_keys(), settings::SIMULATION_KEYS);
     same(&schema::body_keys(), bodies::KEYS);
     same(&schema::shape_keys(), shapes::KEYS);
-    same(&schema::element_keys(false), elements::KEYS);
+    same(&schema::element_keys(false), &[elements::KEYS, &[release::RELEASE_KEY]].concat());
+    same(&schema::release_keys(), release::KEYS);
     same(&schema::element_keys(true), &[elements::KEYS, &[elements::JOINTS_KEY]].concat());
     same(&schema::input_keys(), inputs::KEYS);
     same(&schema::output_keys(), outputs::OUTPUT_KEYS);

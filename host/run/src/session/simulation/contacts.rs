@@ -2,6 +2,7 @@
 
 use super::frictions::{Shared, Sliding};
 use super::levels::{Pressed, TOUCHING};
+use super::releases::Releases;
 use super::watch::RowValues;
 use super::{Part, Simulation};
 use crate::analysis::{AnalysisError, Constraints, Contacts, Counters, Formulation, Shares};
@@ -42,6 +43,10 @@ pub(super) struct Touch {
     pub(super) open_loads: Vec<usize>,
     /// Equations that were in use, and are not now, each with the values of its rows.
     others: Vec<(Mode, Option<RowValues>)>,
+    /// Work of those that are not to be used any more.
+    past: Counters,
+    /// Joints that may let go.
+    pub(super) releases: Releases,
     /// The value of each contact; of rows on velocities the rate; of frictions the speed in the direction of sliding.
     open: Part,
     /// The reaction of each contact; of each friction, what it may hold and what it holds: see [`Equations::hold`].
@@ -109,6 +114,8 @@ impl Touch {
             told: Vec::new(),
             open_loads: Vec::new(),
             others: Vec::new(),
+            past: Counters::default(),
+            releases: Releases::new(equations, model, layout, formulation),
             open: Part::near(formulation, equations, &values, layout),
             pressing: Part::near(formulation, equations, &reactions, layout),
             limits: Part::near(formulation, equations, &limits, layout),
@@ -130,13 +137,27 @@ impl Touch {
     }
 
     pub(super) fn counters(&self) -> Counters {
-        self.others.iter().fold(Counters::default(), |sum, (mode, _)| sum + mode.formulation.counters())
+        self.others.iter().fold(self.past, |sum, (mode, _)| sum + mode.formulation.counters())
+    }
+
+    /// Whether something was met at this time.
+    pub(super) fn was_met_at(&self, t: f64) -> bool {
+        self.met_at == t
+    }
+
+    /// Drops equations that are not in use.
+    pub(super) fn forget_modes(&mut self) {
+        self.past = self.counters();
+        self.others.clear();
+        self.idle.clear();
+        self.shares = Shares::default();
     }
 
     /// The programs of its own and of equations that are not in use.
     pub(super) fn used(&mut self) -> Vec<crate::program::Used<'_>> {
         let mut list: Vec<_> =
             self.open.used().chain(self.pressing.used()).chain(self.limits.used()).chain(self.rates.used()).collect();
+        list.extend(self.releases.used());
         list.push(self.contacts.used());
         for (mode, _) in &mut self.others {
             list.extend(mode.formulation.programs());
@@ -159,12 +180,13 @@ impl Touch {
 impl Simulation<'_> {
     /// Number of quantities that must not become negative.
     pub(super) fn stop_count(&self) -> usize {
-        self.touch.as_ref().map_or(0, |touch| touch.levels.len())
+        self.touch.as_ref().map_or(0, |touch| touch.levels.len() + touch.releases.count())
     }
 
     /// Their values.
     pub(super) fn stop_values(&mut self, t: f64, y: &[f64], values: &mut [f64]) -> Result<(), AnalysisError> {
         let Some(touch) = &mut self.touch else { return Ok(()) };
+        let (values, left) = values.split_at_mut(touch.levels.len());
         if touch.closed.len() < values.len() {
             values.copy_from_slice(touch.open.at(self.formulation.as_mut(), &mut self.observed, t, y)?);
         }
@@ -185,7 +207,10 @@ impl Simulation<'_> {
         for (value, (level, size)) in values.iter_mut().zip(touch.levels.iter().zip(&touch.sizes)) {
             *value = (*value - level) / size;
         }
-        Ok(())
+        for (k, value) in values.iter_mut().enumerate().filter(|(k, _)| touch.contacts.is_gone(*k)) {
+            (*value, touch.levels[k], touch.sizes[k]) = (1.0, 0.0, 1.0);
+        }
+        self.left_until_release(t, y, left)
     }
 
     /// Fails where an open contact is on the wrong side after a step, whatever the method should have done.
@@ -214,7 +239,8 @@ impl Simulation<'_> {
     fn passed(&self, values: &[f64]) -> Option<AnalysisError> {
         let touch = self.touch.as_ref()?;
         let sizes = [self.scales.length, self.scales.speed_scale()];
-        let is_passed = |k: &usize| values[*k] < -PASSED * touch.size_of(*k, sizes) && !touch.closed.contains(k);
+        let is_off = |k: &usize| !touch.closed.contains(k) && !touch.contacts.is_gone(*k);
+        let is_passed = |k: &usize| values[*k] < -PASSED * touch.size_of(*k, sizes) && is_off(k);
         let found = (0..values.len()).find(is_passed);
         found.map(|k| AnalysisError::Passed { row: touch.name(k), value: values[k] })
     }

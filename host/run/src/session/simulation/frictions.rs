@@ -200,7 +200,8 @@ impl Simulation<'_> {
     /// # Errors
     /// See [`AnalysisError`].
     pub(in crate::session) fn heat_anew(&mut self, t: f64, state: &[f64]) -> Result<(), AnalysisError> {
-        let slides = self.touch.as_ref().is_some_and(|touch| !touch.contacts.frictions().is_empty());
+        let switches = |touch: &Touch| !touch.contacts.frictions().is_empty() || touch.releases.count() > 0;
+        let slides = self.touch.as_ref().is_some_and(switches);
         if slides && self.heat == Heat::Watched {
             let found = self.energy.at(self.formulation.as_mut(), &mut self.observed, t, state)?;
             let heat = found[2..].iter().sum();
@@ -217,7 +218,10 @@ impl Simulation<'_> {
             return Ok(Vec::new());
         }
         let limits = touch.limits.at(self.formulation.as_mut(), &mut self.observed, t, state)?.to_vec();
-        match limits.iter().position(|limit| *limit < 0.0 || limit.is_nan()) {
+        let first = touch.first_friction();
+        let is_none =
+            |(k, limit): (usize, &f64)| (*limit < 0.0 || limit.is_nan()) && !touch.contacts.is_gone(first + k);
+        match limits.iter().enumerate().position(is_none) {
             None => Ok(limits),
             Some(k) => Err(AnalysisError::Limit { row: touch.name(touch.first_friction() + k), value: limits[k] }),
         }

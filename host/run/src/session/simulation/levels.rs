@@ -101,7 +101,7 @@ impl Simulation<'_> {
         let pulls = touch.closed.iter().copied().filter(|k| force(k) < -PULLS * largest);
         // Of those that share, it is one of which there is least.
         let worst = pulls.min_by(|a, b| left(a).total_cmp(&left(b)));
-        for (k, value) in values.into_iter().enumerate() {
+        for (k, value) in values.into_iter().take(touch.levels.len()).enumerate() {
             let (size, noise) = match touch.closed.contains(&k) {
                 true => (if largest > 0.0 { largest / touch.gradients[k] } else { 1.0 }, NO_REACTION),
                 // Wherever it starts, it may not get deeper.

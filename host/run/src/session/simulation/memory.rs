@@ -37,6 +37,7 @@ impl<'a> Simulation<'a> {
             steps_tried: 0,
             closed: self.closed_contacts().to_vec(),
             pressed: self.pressed(),
+            released: self.released(),
             open_loads: self.open_loads().to_vec(),
             margins: self.margins.as_ref().map(|margins| margins.found().to_vec()).unwrap_or_default(),
         }
@@ -113,6 +114,7 @@ impl<'a> Simulation<'a> {
         self.audit = Audit::from(&saved.carried.audit);
         self.contacts_were(&saved.carried.closed, &saved.carried.pressed);
         self.open_loads_were(&saved.carried.open_loads);
+        self.forget_bounds();
         self.references.copy_from_slice(&saved.references);
         self.discrete.copy_from_slice(&saved.discrete);
         (self.watched, self.largest_kinetic) = (saved.watched, saved.largest_kinetic);
@@ -243,7 +245,9 @@ impl<'a> Simulation<'a> {
     /// See [`AnalysisError`].
     pub(in crate::session) fn place(&mut self, model: &Model, t: f64, state: &[f64]) -> Result<Restart, AnalysisError> {
         let working = self.working_state(t, state)?;
-        Ok(Restart::new(model, t, working, &self.references, &self.discrete))
+        let mut restart = Restart::new(model, t, working, &self.references, &self.discrete);
+        restart.released = self.released().into_iter().map(|k| model.elements[k].name.clone()).collect();
+        Ok(restart)
     }
 
     /// Per body r, p, v, omega'; then element states; then work.

@@ -1,6 +1,7 @@
 //! The hooks of the integrators.
 
 use super::Simulation;
+use super::contacts::Touch;
 use crate::analysis::{AnalysisError, Group, Imbalance};
 use crate::integrate::{Accepted, Entries, Failure, Flow, Guards, IntegrateError, Price, System, Watched};
 use crate::interval::Range;
@@ -201,14 +202,14 @@ impl System for Simulation<'_> {
         found: &mut [Range],
     ) {
         let Some(guarded) = &mut self.guarded else { return };
-        let closed = self.touch.as_ref().map_or(&[][..], |touch| &touch.closed);
-        guarded.bank(of).enclose(t, entry, [&self.references, &self.discrete], closed, wanted, found);
+        let still = self.touch.as_ref().map_or_else(Default::default, Touch::still);
+        guarded.bank(of).enclose(t, entry, [&self.references, &self.discrete], &still, wanted, found);
     }
 
     fn values(&mut self, of: Watched, t: f64, entry: &dyn Fn(usize) -> f64, found: &mut [f64]) {
         let Some(guarded) = &mut self.guarded else { return };
-        let closed = self.touch.as_ref().map_or(&[][..], |touch| &touch.closed);
-        guarded.bank(of).values(t, entry, [&self.references, &self.discrete], closed, found);
+        let still = self.touch.as_ref().map_or_else(Default::default, Touch::still);
+        guarded.bank(of).values(t, entry, [&self.references, &self.discrete], &still, found);
     }
 
     fn resolution(&self, entry: usize) -> f64 {

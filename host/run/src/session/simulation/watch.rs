@@ -174,7 +174,7 @@ impl Simulation<'_> {
     }
 
     /// Prepares to look at the rows that are left out, if any are. Gives those that may come to contradict others for a moment,
-    /// since they or others are driven, each with how far it may be off.
+    /// since they or others are driven, each with its number and how far it may be off.
     ///
     /// # Errors
     /// Equations without a value at the start.
@@ -183,7 +183,7 @@ impl Simulation<'_> {
         equations: &Equations,
         t: f64,
         state: &[f64],
-    ) -> Result<Vec<(Node, f64)>, AnalysisError> {
+    ) -> Result<Vec<(usize, Node, f64)>, AnalysisError> {
         let mut driven = Vec::new();
         if !self.formulation.leaves_rows_out() {
             return Ok(driven);
@@ -197,7 +197,7 @@ impl Simulation<'_> {
             nodes.push(equations.rows[row].value);
             metres.push(off);
             if self.is_driven && !equations.graph.is_zero(equations.rows[row].time) && off > 0.0 {
-                driven.push((equations.rows[row].value, share * length / off));
+                driven.push((row, equations.rows[row].value, share * length / off));
             }
         });
         self.values =
