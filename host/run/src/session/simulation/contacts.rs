@@ -150,7 +150,7 @@ impl Touch {
         self.past = self.counters();
         self.others.clear();
         self.idle.clear();
-        self.shares = Shares::default();
+        (self.shares, self.shared) = Default::default();
     }
 
     /// The programs of its own and of equations that are not in use.

@@ -129,7 +129,7 @@ impl Simulation<'_> {
     /// See [`AnalysisError`].
     pub(super) fn share_anew(&mut self, t: f64, state: &[f64]) -> Result<(), AnalysisError> {
         let speed = self.speed();
-        if self.touch.as_ref().is_none_or(|touch| touch.shares.is_empty()) {
+        if self.touch.as_ref().is_none_or(|touch| touch.shared.pattern.is_none()) {
             return Ok(());
         }
         let inputs = self.formulation.observe(t, state, false)?.inputs.to_vec();
