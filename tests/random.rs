@@ -184,7 +184,15 @@ fn all_standard_elements_are_drawn() {
             let name = class.descriptor().name.clone();
             // A surface over two signals, and what samples: `scenes/verification/` has them, and `events.rs` every method. What only
             // looks: `margins.rs`. Read from files, or added as an inerter is: `inertia.rs`, `import.rs`.
-            let apart = ["map", "digital-pid", "bearing-rating", "modal-body", "added-mass", "rotational-inerter"];
+            let apart = [
+                "map",
+                "digital-pid",
+                "digital-filter",
+                "bearing-rating",
+                "modal-body",
+                "added-mass",
+                "rotational-inerter",
+            ];
             if apart.iter().any(|one| one == &name) {
                 continue;
             }
