@@ -87,25 +87,24 @@ fn read_element(
     })
 }
 
+/// Joints have a key that other elements cannot have, and these one that joints cannot have.
 fn check_keys(kind: ElementKind, record: &Record<'_>, reader: &mut Reader<'_>) {
-    if kind != ElementKind::Joint {
-        let known: Vec<&str> = KEYS.iter().copied().chain([JOINTS_KEY]).collect();
-        let table = release::misplaced(record, reader);
-        reader.check_keys(&Record { table: &table, what: record.what.clone() }, &known);
-        return;
-    }
-    let (misplaced, others): (Vec<_>, Vec<_>) =
-        record.table.entries.iter().cloned().partition(|(key, _)| key.value == JOINTS_KEY);
+    let (own, foreign, help) = match kind {
+        ElementKind::Joint => (RELEASE_KEY, JOINTS_KEY, "a joint takes no reactions; `[[force]]` and `[[control]]` do"),
+        _ => (
+            JOINTS_KEY,
+            RELEASE_KEY,
+            "a joint lets go; a force ends by a signal that it takes, or by its own parameters",
+        ),
+    };
+    let (misplaced, entries): (Vec<_>, Vec<_>) =
+        record.table.entries.iter().cloned().partition(|(key, _)| key.value == foreign);
     for (key, _) in misplaced {
-        let message = format!("{} cannot have `{}`", record.what, key.value);
-        reader.diagnostics.push(
-            Diagnostic::error(codes::UNKNOWN_KEY, message)
-                .at(key.span, "")
-                .help("a joint takes no reactions; `[[force]]` and `[[control]]` do"),
-        );
+        let message = format!("{} cannot have `{foreign}`", record.what);
+        reader.diagnostics.push(Diagnostic::error(codes::UNKNOWN_KEY, message).at(key.span, "").help(help));
     }
-    let table = RawTable { span: record.table.span.clone(), entries: others };
-    let known: Vec<&str> = KEYS.iter().copied().chain([RELEASE_KEY]).collect();
+    let table = RawTable { span: record.table.span.clone(), entries };
+    let known: Vec<&str> = KEYS.iter().copied().chain([own]).collect();
     reader.check_keys(&Record { table: &table, what: record.what.clone() }, &known);
 }
 

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::dimension::Dimension;
-use super::raw::{RawKind, RawTable, RawValue, Spanned};
+use super::raw::{RawKind, RawValue, Spanned};
 use super::reader::{Reader, Record};
 use odyn_diagnostics::{Diagnostic, codes};
 
@@ -83,19 +83,4 @@ fn read_when(record: &Record<'_>, reader: &mut Reader<'_>) -> Option<ReleaseWhen
     }
     let name = name?;
     (above.is_some() || below.is_some()).then_some(ReleaseWhen::Signal { name, above, below })
-}
-
-/// Refuses the key where it is none of a joint; gives the table without it.
-pub(super) fn misplaced(record: &Record<'_>, reader: &mut Reader<'_>) -> RawTable {
-    let (misplaced, entries): (Vec<_>, Vec<_>) =
-        record.table.entries.iter().cloned().partition(|(key, _)| key.value == RELEASE_KEY);
-    for (key, _) in misplaced {
-        let message = format!("{} cannot have `{RELEASE_KEY}`", record.what);
-        reader.diagnostics.push(
-            Diagnostic::error(codes::UNKNOWN_KEY, message)
-                .at(key.span, "")
-                .help("a joint lets go; a force ends by a signal that it takes, or by its own parameters"),
-        );
-    }
-    RawTable { span: record.table.span.clone(), entries }
 }

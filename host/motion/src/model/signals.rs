@@ -115,13 +115,9 @@ fn sources_of(
 
 /// Warns of what is given from outside and goes nowhere.
 pub(super) fn warn_of_unused(scene: &Scene, channels: &[Channel], instances: &[Instance], found: &mut Vec<Diagnostic>) {
-    let signals = instances.iter().flat_map(|instance| &instance.inputs).filter_map(|source| match source {
-        Source::Quantity(quantity) => Some(quantity),
-        Source::Constant(_) => None,
-    });
     let mut used = vec![false; scene.inputs.len()];
-    let releases = instances.iter().filter_map(|instance| instance.release.as_ref()?.quantity.as_ref());
-    for quantity in signals.chain(releases).chain(channels.iter().map(|channel| &channel.quantity)) {
+    for quantity in instances.iter().flat_map(Instance::signals).chain(channels.iter().map(|channel| &channel.quantity))
+    {
         if let Quantity::Given { input } = quantity {
             used[*input] = true;
         }

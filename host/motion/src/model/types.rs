@@ -215,7 +215,24 @@ pub enum Source {
     Quantity(Quantity),
 }
 
+impl Source {
+    /// What is reported; nothing of a constant.
+    #[must_use]
+    pub fn quantity(&self) -> Option<&Quantity> {
+        match self {
+            Self::Constant(_) => None,
+            Self::Quantity(quantity) => Some(quantity),
+        }
+    }
+}
+
 impl Instance {
+    /// What it takes as signals, and what decides on its release.
+    pub fn signals(&self) -> impl Iterator<Item = &Quantity> {
+        let decides = self.release.iter().filter_map(|release| release.quantity.as_ref());
+        self.inputs.iter().filter_map(Source::quantity).chain(decides)
+    }
+
     /// Name of row `k` of those in use, for reports: `bearing: about x`.
     #[must_use]
     pub fn row_name(&self, k: usize) -> String {

@@ -2,7 +2,7 @@
 
 use element_api::Kind;
 
-use crate::model::{Axes, Model, Quantity, Source};
+use crate::model::{Axes, Model, Quantity};
 
 /// Bodies and elements that can influence each other, with the outputs about them.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -40,12 +40,7 @@ impl Topology {
             let own = bodies + index;
             element.markers.iter().filter_map(|marker| marker.body).for_each(|body| join(&mut parent, own, body));
             element.joints.iter().for_each(|joint| join(&mut parent, own, bodies + joint));
-            let signals = element.inputs.iter().filter_map(|source| match source {
-                Source::Quantity(quantity) => Some(quantity),
-                Source::Constant(_) => None,
-            });
-            let decides = element.release.iter().filter_map(|release| release.quantity.as_ref());
-            for quantity in signals.chain(decides) {
+            for quantity in element.signals() {
                 // What comes from outside connects nothing.
                 if matches!(quantity, Quantity::Given { .. }) {
                     continue;

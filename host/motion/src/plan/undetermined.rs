@@ -49,7 +49,8 @@ pub(super) fn undetermined(
     loop {
         let before = found.clone();
         for (element, instance) in model.elements.iter().enumerate() {
-            let signals = (0..instance.inputs.len()).filter(|k| is_open(&instance.inputs[*k], reactions, &before));
+            let is_open = |source: &Source| source.quantity().is_some_and(|signal| is_open(signal, reactions, &before));
+            let signals = (0..instance.inputs.len()).filter(|k| is_open(&instance.inputs[*k]));
             let mut directions: Vec<Vec<(Input, f64)>> =
                 signals.map(|k| vec![(Input::Signal(k as u32), 1.0)]).collect();
             if !instance.joints.is_empty() {
@@ -70,7 +71,7 @@ pub(super) fn undetermined(
         }
         for (element, instance) in model.elements.iter().enumerate() {
             let decides = instance.release.as_ref().and_then(|release| release.quantity.as_ref());
-            if !decides.is_some_and(|quantity| is_open(&Source::Quantity(quantity.clone()), reactions, &before)) {
+            if !decides.is_some_and(|quantity| is_open(quantity, reactions, &before)) {
                 continue;
             }
             match found.iter_mut().find(|known| known.element == element) {
@@ -90,19 +91,18 @@ pub(super) fn undetermined(
 }
 
 /// Whether a signal carries what is not determined.
-fn is_open(source: &Source, reactions: &[Reaction], known: &[Undetermined]) -> bool {
-    match source {
-        Source::Constant(_) => false,
-        Source::Quantity(Quantity::Load { element, frame, torque, .. }) => {
+fn is_open(signal: &Quantity, reactions: &[Reaction], known: &[Undetermined]) -> bool {
+    match signal {
+        Quantity::Load { element, frame, torque, .. } => {
             let of = |r: &&Reaction| r.element == *element && r.frame == *frame;
             let components = |r: &Reaction| if *torque { r.torque } else { r.force };
             reactions.iter().find(of).is_some_and(|r| components(r).contains(&false))
                 || known.iter().any(|open| open.element == *element && open.load)
         }
-        Source::Quantity(Quantity::Value { element, channel }) => {
+        Quantity::Value { element, channel } => {
             known.iter().any(|open| open.element == *element && open.channels[*channel])
         }
-        Source::Quantity(_) => false,
+        _ => false,
     }
 }
 

@@ -1,5 +1,6 @@
 //! [`Event`]: what happened to contacts, as rows of `events.csv`.
 
+use std::borrow::Cow;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -71,6 +72,21 @@ pub struct Event {
     pub lost: f64,
 }
 
+impl Event {
+    /// Elements and rows that something happened to, each with the first time, s.
+    #[must_use]
+    pub fn first(events: &[Self], kind: EventKind) -> Vec<([String; 2], f64)> {
+        let mut found: Vec<([String; 2], f64)> = Vec::new();
+        for Self { element, row, time, .. } in events.iter().filter(|event| event.kind == kind) {
+            match found.iter_mut().find(|([of, at], _)| of == element && at == row) {
+                Some((_, first)) => *first = first.min(*time),
+                None => found.push(([element.clone(), row.clone()], *time)),
+            }
+        }
+        found
+    }
+}
+
 /// Events of a run, in memory and, where it has a folder, in its file.
 #[derive(Debug, Default)]
 pub struct Events {
@@ -135,25 +151,15 @@ impl Events {
         if path.exists() { read(&path, unit) } else { Ok(Vec::new()) }
     }
 
-    /// Elements and rows that something happened to, each with the first time, s: also what a run that is continued has in its file.
+    /// All so far, also what a run that is continued has in its file.
     ///
     /// # Errors
-    /// [`ResultsError::Read`].
-    pub fn first(&self, kind: EventKind) -> Result<Vec<([String; 2], f64)>, ResultsError> {
-        let mut found: Vec<([String; 2], f64)> = Vec::new();
-        let own = |event: &&Event| event.kind == kind;
-        let mut take = |event: &Event| {
-            let Event { element, row, time, .. } = event;
-            match found.iter_mut().find(|([of, at], _)| of == element && at == row) {
-                Some((_, first)) => *first = first.min(*time),
-                None => found.push(([element.clone(), row.clone()], *time)),
-            }
-        };
+    /// [`ResultsError::Read`], [`ResultsError::NotATable`].
+    pub fn all(&self) -> Result<Cow<'_, [Event]>, ResultsError> {
         match &self.file {
-            Some(path) => read(path, self.unit)?.iter().filter(own).for_each(&mut take),
-            None => self.list.iter().filter(own).for_each(&mut take),
+            Some(path) => read(path, self.unit).map(Cow::Owned),
+            None => Ok(Cow::Borrowed(&self.list)),
         }
-        Ok(found)
     }
 
     /// Takes one more.

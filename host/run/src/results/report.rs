@@ -128,14 +128,10 @@ fn audit(summary: &Summary) -> String {
 
 /// `start: chosen by least kinetic energy: lower: angular velocity z = -3.8 rad/s`; nothing where nothing was chosen.
 fn start(summary: &Summary) -> String {
-    let chosen: Vec<String> = summary.chosen_velocities.iter().take(MOST_NAMES).map(ToString::to_string).collect();
-    let more = match summary.chosen_velocities.len().saturating_sub(MOST_NAMES) {
-        0 => String::new(),
-        more => format!(", and {more} more"),
-    };
+    let chosen: Vec<String> = summary.chosen_velocities.iter().map(ToString::to_string).collect();
     match chosen.is_empty() {
         true => String::new(),
-        false => format!("start: velocities chosen by least kinetic energy: {}{more}\n", chosen.join(", ")),
+        false => format!("start: velocities chosen by least kinetic energy: {}\n", first_of(&chosen)),
     }
 }
 
@@ -145,14 +141,10 @@ fn releases(summary: &Summary) -> String {
         let at = with_unit(significant(release.time, 9), &summary.time_unit);
         format!("{} at t = {at} ({})", release.joint, release.by)
     };
-    let named: Vec<String> = summary.releases.iter().take(MOST_NAMES).map(one).collect();
-    let more = match summary.releases.len().saturating_sub(MOST_NAMES) {
-        0 => String::new(),
-        more => format!(", and {more} more"),
-    };
+    let named: Vec<String> = summary.releases.iter().map(one).collect();
     match named.is_empty() {
         true => String::new(),
-        false => format!("released: {}{more}\n", named.join(", ")),
+        false => format!("released: {}\n", first_of(&named)),
     }
 }
 
@@ -190,13 +182,15 @@ fn energy(summary: &Summary) -> String {
 
 /// ` (a, b, and 3 more)`; nothing without names.
 fn listed(names: &[String]) -> String {
-    if names.is_empty() {
-        return String::new();
-    }
+    if names.is_empty() { String::new() } else { format!(" ({})", first_of(names)) }
+}
+
+/// `a, b, and 3 more`
+fn first_of(names: &[String]) -> String {
     let shown = names[..names.len().min(MOST_NAMES)].join(", ");
     match names.len().saturating_sub(MOST_NAMES) {
-        0 => format!(" ({shown})"),
-        more => format!(" ({shown}, and {more} more)"),
+        0 => shown,
+        more => format!("{shown}, and {more} more"),
     }
 }
 

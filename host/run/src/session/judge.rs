@@ -6,7 +6,7 @@ use super::samplings::Samplings;
 use crate::diagnostics::{Code, codes};
 use crate::model::{Axes, MAGNITUDE, Quantity};
 use crate::results::{
-    Audit, AuditLimits, EventKind, Excess, Measure, Released, Remedy, ResultsError, Summary, significant,
+    Audit, AuditLimits, Event, EventKind, Excess, Measure, Released, Remedy, ResultsError, Summary, significant,
 };
 use crate::scene::{AuditTolerance, Dimension};
 use element_api::descriptor::Kind;
@@ -55,10 +55,11 @@ impl Session {
             return Ok(());
         }
         let unit = self.scene.units.factor(Dimension::TIME);
-        let released = samplings.events.first(EventKind::Releases)?.into_iter();
+        let events = samplings.events.all()?;
+        let released = Event::first(&events, EventKind::Releases).into_iter();
         summary.releases = released.map(|([joint, by], time)| Released { joint, time: time / unit, by }).collect();
         summary.releases.sort_by(|a, b| a.time.total_cmp(&b.time));
-        let open = samplings.events.first(EventKind::Indeterminate)?;
+        let open = Event::first(&events, EventKind::Indeterminate);
         // When the first of these parts of a load was open; all where no part is named.
         let since = |element: usize, part: Option<&str>| {
             let is_it = |[name, row]: &[String; 2]| {
@@ -101,8 +102,8 @@ impl Session {
         if summary.audit_limits.is_none() {
             return Ok(());
         }
-        let moved = samplings.events.first(EventKind::Ambiguous)?;
-        let mut moved: Vec<(String, f64)> = moved.into_iter().map(|([name, _], time)| (name, time)).collect();
+        let moved = Event::first(&events, EventKind::Ambiguous).into_iter();
+        let mut moved: Vec<(String, f64)> = moved.map(|([name, _], time)| (name, time)).collect();
         for element in self.model.elements.iter().filter(|element| element.class.kind == Kind::Force) {
             let since = element.joints.iter().filter_map(|joint| since(*joint, None)).reduce(f64::min);
             moved.extend(since.map(|time| (element.name.clone(), time)));
