@@ -24,6 +24,11 @@ impl Program {
     fn compile_anew(graph: &Graph, outputs: &[Node]) -> Self {
         let live = graph.live(outputs);
         let calls = used_calls(graph, &live);
+        if calls.is_empty() && FEW * live.len() < graph.len() {
+            // Of a large graph, what its nodes would need room for.
+            let place = |node: &Node| Node(live.binary_search(node).unwrap_or_default() as u32);
+            return Self::compile_anew(&graph.excerpt(&live), &outputs.iter().map(place).collect::<Vec<_>>());
+        }
         let arguments: Vec<Node> =
             calls.iter().flat_map(|(call, _)| graph.calls[*call].arguments.iter().copied()).collect();
         let mut builder = Builder::new(graph, &live, outputs, &arguments);
@@ -106,6 +111,8 @@ fn calls_first(graph: &Graph, nodes: &[Node]) -> Vec<Node> {
     first
 }
 
+/// How many times as many nodes a graph has as are compiled where few are.
+const FEW: usize = 8;
 /// Outputs that get registers side by side, in their order.
 const MANY: usize = 8;
 /// Inputs side by side that are copied one by one where there are fewer: machine code does so itself, two at a time.

@@ -364,6 +364,15 @@ impl Graph {
         if few { self.marked(outputs, stop) } else { self.entered(outputs, stop) }
     }
 
+    /// Whether nodes have so little in common that one by one they take at most twice the operations of all together: what is
+    /// wanted of a few of them only is then best evaluated one by one.
+    #[must_use]
+    pub fn are_apart(&self, nodes: &[Node]) -> bool {
+        const APART: usize = 2;
+        let alone: usize = nodes.iter().map(|node| self.ancestors(&[*node], |_| false).len()).sum();
+        alone <= APART * self.live(nodes).len()
+    }
+
     /// The same by a mark for every node below the last output.
     fn marked(&self, outputs: &[Node], stop: impl Fn(Node) -> bool) -> Vec<Node> {
         const BITS: usize = u64::BITS as usize;
@@ -387,6 +396,20 @@ impl Graph {
         }
         list.reverse();
         list
+    }
+
+    /// Nodes, ascending and with all that they depend on, no results of calls among them, as a graph of their own in the same order.
+    #[must_use]
+    pub(super) fn excerpt(&self, live: &[Node]) -> Self {
+        let place = |node: Node| Node(live.binary_search(&node).unwrap_or_default() as u32);
+        let mut exprs = Exprs::default();
+        for node in live {
+            let expr = self.expr(*node).with_operands(place);
+            exprs.push(&Key::of(&expr), &expr);
+        }
+        let looks_up = live.iter().any(|node| matches!(self.expr(*node), Expr::Table { .. }));
+        let tables = if looks_up { self.tables.clone() } else { Vec::new() };
+        Self { exprs, tables, ..Self::default() }
     }
 
     /// The same by a table of those that were reached.

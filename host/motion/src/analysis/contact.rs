@@ -51,6 +51,8 @@ pub struct Contacts {
     gone: Vec<bool>,
     /// Jacobian, values, derivatives by time and gammas of all rows of the scene.
     rows: Constraints,
+    /// The places of each row's entries in the Jacobian.
+    entries: Vec<std::ops::Range<usize>>,
     /// Those that always hold.
     always: Vec<usize>,
     structure: KktStructure,
@@ -154,6 +156,7 @@ impl Contacts {
         let rows = Constraints::new(equations, &all, &[|row| row.value, |row| row.time, |row| row.gamma], &masses)?;
         let open = equations.with_closed(&[]);
         let always: Vec<usize> = open.enforced().collect();
+        let entries = all.iter().map(|row| rows.structure.row(*row)).collect();
         Ok(Self {
             structure: super::constraints::structure(equations, &always)?,
             clusters: clusters(layout, &always),
@@ -164,6 +167,7 @@ impl Contacts {
             frictions: equations.frictions.clone(),
             gone: equations.switching_rows().map(|row| equations.is_gone(row)).collect(),
             rows,
+            entries,
             always,
             length,
         })
@@ -245,13 +249,13 @@ impl Contacts {
         let is_own = |friction: &&Friction| friction.contact.is_none_or(|contact| touching.contains(&contact));
         let of_frictions = self.frictions.iter().filter(is_own).flat_map(|friction| friction.rows.iter().copied());
         let rows = self.always.iter().copied().chain(of_contacts).chain(of_frictions);
-        rows.flat_map(|row| self.rows.jacobian()[self.rows.structure.row(row)].iter().copied()).collect()
+        rows.flat_map(|row| self.rows.jacobian()[self.entries[row].clone()].iter().copied()).collect()
     }
 
     /// The Jacobian of a row where it was evaluated last.
     fn row(&self, row: usize) -> Vec<(usize, f64)> {
         let pattern = &self.rows.structure.jacobian;
-        let own = self.rows.structure.row(row);
+        let own = self.entries[row].clone();
         pattern[own.clone()].iter().zip(&self.rows.jacobian()[own]).map(|((_, c), slope)| (*c, *slope)).collect()
     }
 

@@ -73,6 +73,7 @@ impl Equations {
     #[must_use]
     pub fn in_mode(&self, closed: &[usize], layout: &Layout) -> Self {
         let mut equations = self.with_closed(closed);
+        equations.of_mode = true;
         if !self.loads_switch() {
             return equations;
         }
@@ -94,6 +95,27 @@ impl Equations {
         equations.coupling.clear();
         equations.find_coupling(layout);
         equations
+    }
+
+    /// The reaction of each contact, then of each friction what it may hold, or which share of the reaction of its contact, and what it
+    /// holds along each of its rows: N or N m. Nothing of what is not closed here.
+    pub fn pressing(&mut self, layout: &Layout) -> Vec<Node> {
+        let zero = self.graph.constant(0.0);
+        let holds = |equations: &mut Self, row: Option<&usize>| match row {
+            Some(row) if equations.is_enforced(*row) => equations.graph.input(layout.multiplier_slot() + row),
+            _ => zero,
+        };
+        let contacts: Vec<usize> = self.contacts.iter().map(|contact| contact.row).collect();
+        let mut nodes = Vec::with_capacity(contacts.len() + 3 * self.frictions.len());
+        for row in contacts {
+            let multiplier = holds(self, Some(&row));
+            nodes.push(self.graph.neg(multiplier));
+        }
+        for friction in self.frictions.clone() {
+            let held = [0, 1].map(|k| holds(self, friction.rows.get(k)));
+            nodes.extend([friction.limit, held[0], held[1]]);
+        }
+        nodes
     }
 
     /// Whether loads, rates of states or the power may contain what is zero with some choice of closed contacts.

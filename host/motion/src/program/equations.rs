@@ -111,6 +111,8 @@ pub struct Equations {
     /// The rows that are not enforced, ascending: those of contacts that are open, of frictions that slide, and of joints that were
     /// released.
     pub(super) open: Vec<usize>,
+    /// Whether these rows stay so for as long as the equations are used: see [`Equations::in_mode`].
+    pub(super) of_mode: bool,
     /// Right side Q of the equations of motion, six (seven) per body: applied and velocity-dependent forces.
     pub loads: Vec<Node>,
     /// Rates of the continuous element states.
@@ -192,6 +194,7 @@ impl Equations {
             frictions: Vec::new(),
             releases: Vec::new(),
             open: Vec::new(),
+            of_mode: false,
             coupling: Vec::new(),
             may_need_solution: false,
             inertial: false,
@@ -221,6 +224,7 @@ impl Equations {
             }
             equations.add_joint(index, element, layout);
         }
+        equations.set_open(&[]);
         // Force and control elements may ask for reactions and for each other's results.
         let stored = equations.add_acting_elements(model, layout);
         equations.add_rates_of_unknowns(layout);
@@ -256,6 +260,7 @@ impl Equations {
             frictions: self.frictions.clone(),
             releases: self.releases.clone(),
             open: self.open.clone(),
+            of_mode: self.of_mode,
             loads: self.loads.clone(),
             state_rates: self.state_rates.clone(),
             angles: self.angles.clone(),

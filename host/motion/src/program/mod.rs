@@ -65,8 +65,9 @@ mod velocity_rows;
 mod tests;
 
 pub use odyn_graph::{
-    Call, Elimination, Expr, Graph, Listing, MachineCode, MachineError, Maker, Node, Program, Ranges, Seeds, Sets,
-    SharedCode, Solved, Source, Structures, Tangents, Used, Wired, Workspace, condense, costs, derivatives, import,
+    Call, Elimination, Expr, Graph, Listing, MachineCode, MachineError, Maker, Node, Program, Ranges, Rewriting, Seeds,
+    Sets, SharedCode, Solved, Source, Structures, Tangents, Used, Wired, Workspace, condense, costs, derivatives,
+    import,
 };
 
 pub use articulated::Articulated;

@@ -6,8 +6,9 @@
 
 use std::ops::Range;
 
+use crate::linalg::connected_blocks;
 use odyn_graph::{Elimination, Expr, Graph, Node, Rewriting, Seeds, derivatives};
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::carry::{carried_bodies, is_open};
 use super::equations::Equations;
@@ -77,16 +78,17 @@ impl JointEquations {
         let mut g = self.room_for_bodies();
         let mut own = Rewriting::new(&self.graph, &mut g, FxHashMap::default());
         let replaced = carried_bodies(&mut g, &mut own, equations, self);
-        let accelerations = self.accelerations(&mut g, &mut own, layout.bodies);
+        let concerned = concerned(working, tree, nodes, slots);
+        let accelerations = self.accelerations(&mut g, &mut own, &concerned);
         let zero = g.constant(0.0);
         let mut balance = Balance { left: vec![zero; layout.velocities()], squares: vec![zero; layout.velocities()] };
         let mut rewriting = Rewriting::new(&equations.graph, &mut g, replaced);
-        for (column, load) in equations.loads.iter().enumerate() {
+        for (column, load) in equations.loads.iter().enumerate().filter(|(column, _)| concerned[column / 6]) {
             let load = rewriting.carry(&mut g, *load);
             let minus = g.neg(load);
             balance.take(&mut g, column, minus);
         }
-        for (row, column, value) in *mass {
+        for (row, column, value) in mass.iter().filter(|(row, ..)| concerned[row / 6]) {
             let value = g.constant(*value);
             for (at, other) in
                 if row == column { vec![(*row, *column)] } else { vec![(*row, *column), (*column, *row)] }
@@ -101,7 +103,11 @@ impl JointEquations {
         let used = tree.used(elements);
         let closing = (0..elements).filter(|element| !used[*element]).map(|element| layout.rows_of(element));
         let closing: Vec<Range<usize>> = closing.filter(|rows| !rows.is_empty()).collect();
-        for row in closing.iter().flat_map(Clone::clone) {
+        let acts = |row: &usize| {
+            let holds = !equations.of_mode || equations.is_enforced(*row);
+            holds && bodies_of(equations, *row).all(|body| concerned[body])
+        };
+        for row in closing.iter().flat_map(Clone::clone).filter(acts) {
             multipliers[row] = g.input(layout.multiplier_slot() + row);
             for (column, slope) in &self.row_slopes[row] {
                 let slope = own.carry(&mut g, *slope);
@@ -110,7 +116,7 @@ impl JointEquations {
             }
         }
         for joint in tree.joints.iter().rev() {
-            let Some(element) = joint.element else { continue };
+            let Some(element) = joint.element.filter(|_| concerned[joint.child]) else { continue };
             let rows = layout.rows_of(element);
             if rows.len() + joint.coordinates + 3 * usize::from(joint.rotates) != 6 {
                 return None;
@@ -180,8 +186,8 @@ impl JointEquations {
         (!is_open(&reactions.graph, &all, foreign)).then_some(reactions)
     }
 
-    /// [v'; omega''] of all bodies.
-    fn accelerations(&self, g: &mut Graph, own: &mut Rewriting<'_>, bodies: usize) -> Vec<Node> {
+    /// [v'; omega''] of all bodies that are concerned; zero of the others.
+    fn accelerations(&self, g: &mut Graph, own: &mut Rewriting<'_>, concerned: &[bool]) -> Vec<Node> {
         let coordinates = &self.coordinates;
         let slot = |at: usize| coordinates.slot_of(at);
         let solved = |column: usize| coordinates.acceleration_slot + column;
@@ -202,12 +208,58 @@ impl JointEquations {
                 seeds.insert(spin, acceleration);
             }
         }
-        let mut velocities = Vec::with_capacity(6 * bodies);
-        for body in &self.bodies {
+        let zero = g.constant(0.0);
+        let mut velocities = Vec::with_capacity(6 * concerned.len());
+        for (body, concerned) in self.bodies.iter().zip(concerned) {
+            if !concerned {
+                velocities.extend([zero; 6]);
+                continue;
+            }
             velocities.extend(body.v.into_iter().chain(body.w).map(|node| own.carry(g, node)));
         }
         derivatives(g, &velocities, &seeds)
     }
+}
+
+/// The bodies that a row acts on.
+fn bodies_of(equations: &Equations, row: usize) -> impl Iterator<Item = usize> + '_ {
+    equations.rows[row].jacobian.iter().map(|(column, _)| column / 6)
+}
+
+/// The bodies whose equations share unknowns with what is asked for. Where rows come and go they are all; in a mode, nothing that is open
+/// joins what does not share bodies otherwise.
+fn concerned(working: &Working<'_>, tree: &SpanningTree, nodes: &[Node], slots: &[usize]) -> Vec<bool> {
+    let Working { equations, layout, mass } = working;
+    if !equations.of_mode || !equations.coupling.is_empty() || !slots.is_empty() {
+        return vec![true; layout.bodies];
+    }
+    let tree = tree.joints.iter().filter_map(|joint| Some((joint.parent?, joint.child)));
+    let masses = mass.iter().map(|(row, column, _)| (row / 6, column / 6));
+    let rows = equations.enforced().flat_map(|row| {
+        let first = bodies_of(equations, row).next();
+        bodies_of(equations, row).filter_map(move |body| Some((first?, body)))
+    });
+    let asked: FxHashSet<usize> = asked_of(equations, layout, nodes).collect();
+    let mut concerned = vec![false; layout.bodies];
+    for part in connected_blocks(layout.bodies, tree.chain(masses).chain(rows)) {
+        if part.iter().any(|body| asked.contains(body)) {
+            part.into_iter().for_each(|body| concerned[body] = true);
+        }
+    }
+    concerned
+}
+
+/// The bodies whose accelerations, or multipliers of whose rows, nodes depend on.
+fn asked_of<'a>(equations: &'a Equations, layout: &Layout, nodes: &[Node]) -> impl Iterator<Item = usize> + 'a {
+    let (accelerations, multipliers) = (layout.acceleration_slot(), layout.multiplier_slot());
+    let (velocities, rows) = (layout.velocities(), layout.rows);
+    equations.graph.live(nodes).into_iter().flat_map(move |node| {
+        let Expr::Input(slot) = equations.graph.expr(node) else { return Vec::new() };
+        let place = |first: usize, count: usize| (slot as usize).checked_sub(first).filter(|k| *k < count);
+        let body = place(accelerations, velocities).map(|column| column / 6);
+        let of_row = place(multipliers, rows).map(|row| bodies_of(equations, row));
+        body.into_iter().chain(of_row.into_iter().flatten()).collect::<Vec<_>>()
+    })
 }
 
 /// The multipliers of an element's rows that make up a force and torque on a body, with the rows' Jacobian.

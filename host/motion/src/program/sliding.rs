@@ -70,16 +70,6 @@ impl Equations {
         sum
     }
 
-    /// What a friction that sticks may hold, or which share of the reaction of its contact; and what it holds along each of its rows (zero of a
-    /// second one that it has not): N or N m.
-    pub fn hold(&mut self, friction: &Friction, layout: &Layout) -> [Node; 3] {
-        let [first, second] = [friction.rows.first(), friction.rows.get(1)].map(|row| match row {
-            Some(row) => self.graph.input(layout.multiplier_slot() + row),
-            None => self.graph.constant(0.0),
-        });
-        [friction.limit, first, second]
-    }
-
     /// The limit, N or N m.
     fn limit_of(&mut self, friction: &Friction, layout: &Layout) -> Node {
         let Some(contact) = friction.contact else { return friction.limit };
@@ -112,7 +102,6 @@ impl Equations {
             direction_at += count;
             self.slide(friction, layout);
         }
-        self.set_open(&[]);
     }
 
     /// Loads and power of a friction while it slides.

@@ -1,7 +1,7 @@
 //! Rows on velocities, linear in them: their derivatives, and what of them is left at rest.
 
 use element_api::recording::{Input, Role};
-use odyn_graph::{Graph, Node, Seeds, derivatives, import};
+use odyn_graph::{Graph, Node, derivatives, derivatives_along_each, import};
 
 use super::equations::{Equations, Form, Row, own_input};
 use super::kinematics::FrameNodes;
@@ -31,21 +31,19 @@ impl Equations {
     /// accelerations zero.
     pub(super) fn row_of_velocities(&mut self, rate: Node, at_rest: Node, bodies: &[usize]) -> Row {
         let columns = self.form.columns();
-        let one = self.graph.constant(1.0);
-        let mut jacobian = Vec::new();
-        for body in bodies {
+        let speeds = |body: &usize| {
             let nodes = &self.bodies[*body];
-            let velocities: Vec<Node> = match self.form {
-                Form::Working => nodes.v.into_iter().chain(nodes.w).collect(),
-                Form::Reference => nodes.v.into_iter().chain(nodes.p_rate).collect(),
+            let turning = match self.form {
+                Form::Working => &nodes.w[..],
+                Form::Reference => &nodes.p_rate,
             };
-            for (k, velocity) in velocities.into_iter().enumerate() {
-                let slope = derivatives(&mut self.graph, &[rate], &Seeds::from_iter([(velocity, one)]))[0];
-                if !self.graph.is_zero(slope) {
-                    jacobian.push((columns * body + k, slope));
-                }
-            }
-        }
+            nodes.v.iter().chain(turning).copied().collect::<Vec<Node>>()
+        };
+        let velocities: Vec<Node> = bodies.iter().flat_map(speeds).collect();
+        let slopes = derivatives_along_each(&mut self.graph, &[rate], &velocities);
+        let column = |k: usize| columns * bodies[k / columns] + k % columns;
+        let of_one = slopes.into_iter().enumerate().map(|(k, slope)| (column(k), slope[0]));
+        let jacobian = of_one.filter(|(_, slope)| !self.graph.is_zero(*slope)).collect();
         let seeds = self.motion_seeds(bodies);
         let change = derivatives(&mut self.graph, &[rate], &seeds)[0];
         let value = self.graph.constant(0.0);

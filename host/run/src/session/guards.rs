@@ -14,9 +14,6 @@ use crate::interval::Range as Stretch;
 use crate::plan::Layout;
 use crate::program::{Contact, Equations, Expr, Friction, Graph, Node, Ranges, Releasing, Sharp, Switches};
 
-/// How many times as many nodes frictions may have one by one as they have together, to be evaluated one by one.
-const APART: usize = 2;
-
 /// See the module documentation.
 pub(super) struct Guarded {
     pub(super) guards: Guards,
@@ -324,10 +321,8 @@ impl Bank {
         // They are the last ones.
         let first = frictions.map(|friction| friction.place).next().unwrap_or(nodes.len());
         let (others, frictions) = (0..first, first..nodes.len());
-        let alone: usize = nodes[first..].iter().map(|node| graph.ancestors(&[*node], |_| false).len()).sum();
-        let are_apart = alone <= APART * graph.live(&nodes[first..]).len();
         let mut parts = vec![others];
-        if are_apart {
+        if graph.are_apart(&nodes[first..]) {
             parts.extend(frictions.map(|place| place..place + 1))
         } else {
             parts.push(frictions)

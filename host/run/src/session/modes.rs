@@ -4,7 +4,7 @@ use super::decide::decide;
 use super::error::SessionError;
 use super::opened::Session;
 use super::run::Run;
-use super::simulation::Mode;
+use super::simulation::{Mode, Part};
 use crate::analysis::{AnalysisError, Assembly, Constraints, Formulation};
 use crate::diagnostics::{Diagnostic, codes};
 use crate::integrate::{IntegrateError, Status, StopReason};
@@ -102,8 +102,12 @@ impl Session {
         let made = self.formulation_with(equations, offer_jacobian);
         self.scene.simulation.formulation = asked;
         (self.plan, self.ahead) = was;
-        let (formulation, equations) = made?;
-        Ok((Mode { closed: closed.to_vec(), formulation, rows }, equations))
+        let (formulation, mut equations) = made?;
+        let pressing = (!closed.is_empty()).then(|| {
+            let nodes = equations.pressing(&layout);
+            Part::near(formulation.as_ref(), &equations, &nodes, &layout)
+        });
+        Ok((Mode { closed: closed.to_vec(), formulation, rows, pressing }, equations))
     }
 
     /// What is decided from equations at a place.

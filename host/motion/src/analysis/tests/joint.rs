@@ -499,6 +499,30 @@ fn accelerations_and_reactions_along_the_tree_are_those_of_the_bodies() {
 }
 
 #[test]
+fn reactions_in_a_mode_look_at_nothing_that_is_apart() {
+    let mut random = Random(2713);
+    let text = scenes::four_bar(1.1)
+        + "[[body]]\nname = \"far\"\nmass = 1.5\ninertia = [0.01, 0.1, 0.1]\nposition = [4, 0, 0]\n\
+           [[joint]]\nname = \"E\"\ntype = \"hinge\"\nbodies = [\"ground\", \"far\"]\npoint = [3.5, 0, 0]\naxis = [0, 0, 1]\n";
+    let (mut form, mut stand) = (joint_form(&text), stand(&text));
+    let Prepared { mut equations, plan, .. } = prepared(&text);
+    let layout = plan.layout.clone();
+    let slots = layout.multiplier_slot()..layout.multiplier_slot() + layout.rows_of(0).len();
+    let nodes: Vec<Node> = slots.map(|slot| equations.graph.input(slot)).collect();
+    let in_mode = equations.in_mode(&[], &layout);
+    let [mut whole, mut own] = [&equations, &in_mode].map(|those| form.solved_program(those, &nodes).unwrap());
+    let operations = [&whole, &own].map(|solved| solved.evaluator.program().operations());
+    assert!(operations[0] > operations[1] + 20, "{operations:?}");
+    for _ in 0..10 {
+        let working = stand.consistent(&mut random, 0.1);
+        let state = in_joints(&mut form, &working);
+        let judged = [&mut whole, &mut own].map(|solved| form.run_solved(TIME, &state, solved).unwrap().is_some());
+        assert_eq!(judged, [true; 2]);
+        assert_eq!(whole.outputs(), own.outputs());
+    }
+}
+
+#[test]
 fn what_hangs_on_more_than_coordinates_is_left_to_the_bodies() {
     let form = joint_form(&scenes::four_bar(1.1));
     let Prepared { equations, plan, .. } = prepared(&scenes::four_bar(1.1));

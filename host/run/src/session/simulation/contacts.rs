@@ -3,6 +3,7 @@
 use super::frictions::{Shared, Sliding};
 use super::levels::{Pressed, TOUCHING};
 use super::releases::Releases;
+use super::speeds::Speeds;
 use super::watch::RowValues;
 use super::{Part, Simulation};
 use crate::analysis::{AnalysisError, Constraints, Contacts, Counters, Formulation, Shares};
@@ -28,6 +29,8 @@ pub(in crate::session) struct Mode {
     pub(in crate::session) closed: Vec<usize>,
     pub(in crate::session) formulation: Box<dyn Formulation>,
     pub(in crate::session) rows: Constraints,
+    /// See [`Equations::pressing`]; of what is closed.
+    pub(in crate::session) pressing: Option<Part>,
 }
 
 /// The contacts of a scene.
@@ -47,10 +50,12 @@ pub(super) struct Touch {
     past: Counters,
     /// Joints that may let go.
     pub(super) releases: Releases,
-    /// The value of each contact; of rows on velocities the rate; of frictions the speed in the direction of sliding.
+    /// The value of each contact; of rows on velocities the rate.
     open: Part,
-    /// The reaction of each contact; of each friction, what it may hold and what it holds: see [`Equations::hold`].
-    pressing: Part,
+    /// The speed of each friction in the direction of sliding.
+    speeds: Speeds,
+    /// See [`Equations::pressing`]; of what is closed now.
+    pressing: Option<Part>,
     /// The limit of each friction.
     pub(super) limits: Part,
     /// The rates of their rows.
@@ -92,18 +97,11 @@ impl Touch {
             return Ok(None);
         }
         let contacts = equations.contacts.clone();
-        let mut values: Vec<Node> = contacts.iter().map(|contact| equations.stop_of(contact, layout)).collect();
+        let values: Vec<Node> = contacts.iter().map(|contact| equations.stop_of(contact, layout)).collect();
         let frictions = equations.frictions.clone();
-        values.extend(frictions.iter().map(|friction| equations.sliding_speed(friction, layout)));
-        let holds: Vec<Node> = frictions.iter().flat_map(|friction| equations.hold(friction, layout)).collect();
+        let speeds: Vec<Node> = frictions.iter().map(|friction| equations.sliding_speed(friction, layout)).collect();
         let rates: Vec<Node> = frictions.iter().flat_map(|friction| friction.rates.iter().copied()).collect();
         let limits: Vec<Node> = frictions.iter().map(|friction| friction.limit).collect();
-        let g = &mut equations.graph;
-        let reaction = |contact: &crate::program::Contact| {
-            let multiplier = g.input(layout.multiplier_slot() + contact.row);
-            g.neg(multiplier)
-        };
-        let reactions: Vec<Node> = contacts.iter().map(reaction).chain(holds).collect();
         let name = |row: usize| {
             let (element, k) = layout.element_of_row(row);
             (model.elements[element].name.clone(), model.elements[element].row(k).to_string())
@@ -117,7 +115,8 @@ impl Touch {
             past: Counters::default(),
             releases: Releases::new(equations, model, layout, formulation),
             open: Part::near(formulation, equations, &values, layout),
-            pressing: Part::near(formulation, equations, &reactions, layout),
+            speeds: Speeds::new(formulation, equations, &speeds),
+            pressing: None,
             limits: Part::near(formulation, equations, &limits, layout),
             rates: Part::near(formulation, equations, &rates, layout),
             idle: Vec::new(),
@@ -125,15 +124,31 @@ impl Touch {
             shared: Shared::default(),
             normals: vec![0.0; contacts.len()],
             holds: vec![([0.0; 2], 0.0); frictions.len()],
-            gradients: vec![1.0; values.len()],
-            levels: vec![0.0; values.len()],
-            sizes: vec![1.0; values.len()],
+            gradients: vec![1.0; contacts.len() + frictions.len()],
+            levels: vec![0.0; contacts.len() + frictions.len()],
+            sizes: vec![1.0; contacts.len() + frictions.len()],
             contacts: Contacts::new(equations, model, layout, length)?,
             pressed: Pressed::default(),
             gravity: model.gravity.norm(),
             met_at: f64::NAN,
             at_once: 0,
         }))
+    }
+
+    /// The values of contacts, and behind them the speeds of frictions in their directions, at a state; `inputs` is room for those of
+    /// the working form.
+    fn open_values(
+        &mut self,
+        formulation: &mut dyn Formulation,
+        inputs: &mut Vec<f64>,
+        discrete: &[f64],
+        (t, state): (f64, &[f64]),
+        values: &mut [f64],
+    ) -> Result<(), AnalysisError> {
+        let (values, speeds) = values.split_at_mut(self.first_friction());
+        values.copy_from_slice(self.open.at(formulation, inputs, t, state)?);
+        let frictions = self.contacts.frictions();
+        self.speeds.at(formulation, inputs, (frictions, discrete), (t, state), speeds)
     }
 
     pub(super) fn counters(&self) -> Counters {
@@ -156,11 +171,13 @@ impl Touch {
     /// The programs of its own and of equations that are not in use.
     pub(super) fn used(&mut self) -> Vec<crate::program::Used<'_>> {
         let mut list: Vec<_> =
-            self.open.used().chain(self.pressing.used()).chain(self.limits.used()).chain(self.rates.used()).collect();
+            self.open.used().chain(self.speeds.used()).chain(self.limits.used()).chain(self.rates.used()).collect();
         list.extend(self.releases.used());
         list.push(self.contacts.used());
+        list.extend(self.pressing.iter_mut().flat_map(Part::used));
         for (mode, _) in &mut self.others {
             list.extend(mode.formulation.programs());
+            list.extend(mode.pressing.iter_mut().flat_map(Part::used));
         }
         list
     }
@@ -188,11 +205,11 @@ impl Simulation<'_> {
         let Some(touch) = &mut self.touch else { return Ok(()) };
         let (values, left) = values.split_at_mut(touch.levels.len());
         if touch.closed.len() < values.len() {
-            values.copy_from_slice(touch.open.at(self.formulation.as_mut(), &mut self.observed, t, y)?);
+            touch.open_values(self.formulation.as_mut(), &mut self.observed, &self.discrete, (t, y), values)?;
         }
-        if !touch.closed.is_empty() {
-            let first = touch.first_friction();
-            let found = touch.pressing.at(self.formulation.as_mut(), &mut self.observed, t, y)?;
+        let first = touch.first_friction();
+        if let Some(pressing) = &mut touch.pressing {
+            let found = pressing.at(self.formulation.as_mut(), &mut self.observed, t, y)?;
             touch.pressed.note(&touch.closed, first, found);
             touch.normals.copy_from_slice(&found[..first]);
             for (own, [limit, x, y]) in touch.holds.iter_mut().zip(found[first..].as_chunks().0) {
@@ -219,7 +236,8 @@ impl Simulation<'_> {
     /// [`AnalysisError::Passed`].
     pub(super) fn watch_contacts(&mut self, t: f64, state: &[f64]) -> Result<(), AnalysisError> {
         let Some(touch) = &mut self.touch else { return Ok(()) };
-        let values = touch.open.at(self.formulation.as_mut(), &mut self.observed, t, state)?.to_vec();
+        let mut values = vec![0.0; touch.levels.len()];
+        touch.open_values(self.formulation.as_mut(), &mut self.observed, &self.discrete, (t, state), &mut values)?;
         if self.passed(&values).is_some() {
             // The gradients are those of the last meeting, and may have been next to nothing there: what is in the middle of a hollow
             // is as far from its wall on all sides.
@@ -372,7 +390,7 @@ impl Simulation<'_> {
 
     /// Takes other equations; `working` is where it is.
     fn change(&mut self, mode: Mode, values: Option<RowValues>, working: &[f64]) {
-        let Mode { closed, mut formulation, rows } = mode;
+        let Mode { closed, mut formulation, rows, pressing } = mode;
         let mut sets = Vec::new();
         self.formulation.trade_sets(&mut sets);
         formulation.trade_sets(&mut sets);
@@ -381,6 +399,7 @@ impl Simulation<'_> {
             closed: std::mem::replace(&mut touch.closed, closed),
             formulation: std::mem::replace(&mut self.formulation, formulation),
             rows: std::mem::replace(&mut self.rows, rows),
+            pressing: std::mem::replace(&mut touch.pressing, pressing),
         };
         touch.others.push((was, std::mem::replace(&mut self.values, values)));
         self.row_right.resize(self.rows.rows.len(), 0.0);

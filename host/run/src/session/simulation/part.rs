@@ -5,7 +5,7 @@ use crate::plan::Layout;
 use crate::program::{Equations, Node, Used};
 
 /// A program, and whether accelerations or multipliers must be known for it.
-pub(super) struct Part {
+pub(in crate::session) struct Part {
     pub(super) evaluator: Evaluator,
     pub(super) needs_dynamics: bool,
     /// Whether it takes the inputs of the formulation, not those of the working form.
@@ -32,7 +32,12 @@ impl Part {
     }
 
     /// In the coordinates of the formulation, where that can be.
-    pub(super) fn near(formulation: &dyn Formulation, equations: &Equations, nodes: &[Node], layout: &Layout) -> Self {
+    pub(in crate::session) fn near(
+        formulation: &dyn Formulation,
+        equations: &Equations,
+        nodes: &[Node],
+        layout: &Layout,
+    ) -> Self {
         match formulation.own_program(equations, nodes) {
             Some(evaluator) => Self::of(evaluator, true),
             None => {
