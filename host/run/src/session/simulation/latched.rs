@@ -407,13 +407,16 @@ impl Simulation<'_> {
 
     fn flutters(&mut self, taken: &[f64]) -> AnalysisError {
         let discrete = &self.discrete;
-        let list = self.latched.iter_mut().flat_map(|latched| &mut latched.list);
-        let mut names: Vec<String> = Vec::new();
-        for one in list {
+        let (mut names, mut all): (Vec<String>, Vec<String>) = (Vec::new(), Vec::new());
+        for one in self.latched.iter_mut().flat_map(|latched| &mut latched.list) {
+            let name = format!("`{}`", one.name);
             if one.was_off.contains(&false) || one.jumps(taken, discrete).unwrap_or(true) {
-                names.push(format!("`{}`", one.name));
+                names.push(name.clone());
             }
+            all.push(name);
         }
+        // Where each is at rest with what the others were before, it is all of them together.
+        let names = if names.is_empty() { all } else { names };
         AnalysisError::Flutters { elements: names.join(", ") }
     }
 
