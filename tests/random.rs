@@ -188,6 +188,7 @@ fn all_standard_elements_are_drawn() {
                 "map",
                 "digital-pid",
                 "digital-filter",
+                "relay",
                 "bearing-rating",
                 "modal-body",
                 "added-mass",

@@ -8,6 +8,8 @@
 //! | `methods.rs` | methods of integration written outside the host run scenes; the choice of the method costs little |
 //! | `checkpoints.rs` | runs that are killed and resumed give the same bytes |
 //! | `contacts.rs` | contacts that strike, rest and open, against closed forms and in every way |
+//! | `relay.rs` | memories that jump switch at the instants of closed forms, in every way, and are kept |
+//! | `remembering.rs` | what elements of others count and keep at instants is that of the instant |
 //! | `friction.rs` | rows that hold up to a limit: they stick and slide as closed forms say, in every way |
 //! | `inertia.rs` | elements with mass and flexible coordinates of their own move as bodies, finite elements and closed forms do |
 //! | `inertia_contacts.rs` | the mass of such elements takes part in impacts and in what sticks |
@@ -123,8 +125,11 @@ mod plugins;
 mod prescribed;
 mod python_elements;
 mod random;
+mod relay;
 mod release;
+mod release_forces;
 mod release_kept;
+mod remembering;
 mod resting;
 mod rooms;
 mod ropes;

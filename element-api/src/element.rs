@@ -321,12 +321,13 @@ pub trait Force: Element {
     /// `[create]` For an element that samples (a digital controller): the period T, s. Its memory then changes at the start and at
     /// whole multiples of T only, where steps end, by what [`Force::next_memory`] gives there; in between it is held. What it takes
     /// from elements that sample at the same time is their memory from before; of functions of time that jump there, what they are
-    /// after it. `None`: the memory may change after every accepted step. Contract 1.2.
+    /// after it. `None`: the memory may change after every accepted step, see [`Force::next_memory`]. Contract 1.2.
     fn sample_period(&self) -> Option<f64> {
         None
     }
     /// `[record; hot when opaque]` The discrete states after an accepted step, one per entry of
-    /// [`Force::initial_memory`].
+    /// [`Force::initial_memory`]. Where one is chosen by `select` among what stays as it is during a step, steps end where its
+    /// conditions change, and it jumps there. Not so of opaque elements.
     fn next_memory<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Values<'_, S>) {
         at.memory.iter().for_each(|value| out.push(*value));
     }
@@ -368,12 +369,13 @@ pub trait Control: Element {
     /// `[create]` For an element that samples (a digital controller): the period T, s. Its memory then changes at the start and at
     /// whole multiples of T only, where steps end, by what [`Control::next_memory`] gives there; in between it is held. What it takes
     /// from elements that sample at the same time is their memory from before; of functions of time that jump there, what they are
-    /// after it. `None`: the memory may change after every accepted step. Contract 1.2.
+    /// after it. `None`: the memory may change after every accepted step, see [`Control::next_memory`]. Contract 1.2.
     fn sample_period(&self) -> Option<f64> {
         None
     }
     /// `[record; hot when opaque]` The discrete states after an accepted step, one per entry of
-    /// [`Control::initial_memory`].
+    /// [`Control::initial_memory`]. Where one is chosen by `select` among what stays as it is during a step, steps end where its
+    /// conditions change, and it jumps there. Not so of opaque elements.
     fn next_memory<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Values<'_, S>) {
         at.memory.iter().for_each(|value| out.push(*value));
     }

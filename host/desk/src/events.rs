@@ -28,6 +28,7 @@ pub(crate) fn summary(source: &Source, several: bool) -> String {
         (EventKind::Sticks, "sticks"),
         (EventKind::Slides, "slides"),
         (EventKind::Releases, "releases"),
+        (EventKind::Switches, "switches"),
     ];
     let happened = |kind: EventKind| source.events.iter().any(|event| event.kind == kind);
     let shown: Vec<(EventKind, &str)> = kinds.into_iter().filter(|(kind, _)| happened(*kind)).collect();

@@ -24,10 +24,12 @@ pub(crate) fn before(session: &Session) -> Option<Diagnostic> {
         let help = "friction as a smooth function of the velocity can be exported";
         return Some(refusal(session, of_row(friction.rows[0]), what, help));
     }
-    if let Some(release) = equations.releases.first() {
+    let joints = equations.releases.iter().map(|one| one.element);
+    let forces = equations.latches.iter().filter(|latch| latch.releases).map(|latch| latch.element);
+    if let Some(element) = joints.chain(forces).next() {
         let what = "may be released: other equations of motion hold from then on";
-        let help = "export the mechanism before the release (`release` left out) or after it (the joint disabled)";
-        return Some(refusal(session, &model.elements[release.element], what, help));
+        let help = "export the mechanism before the release (`release` left out) or after it (the element disabled)";
+        return Some(refusal(session, &model.elements[element], what, help));
     }
     if session.starts_singular() {
         let message = "the scene starts in a singular position, or next to one";
@@ -62,7 +64,7 @@ fn of_element(session: &Session, element: &Instance) -> Option<(String, &'static
         return Some((what.into(), "leave it out, and give its outputs from outside as `[[input]]`s"));
     }
     if !element.recording.initial_discrete.is_empty() && element.recording.sample_period().is_none() {
-        let what = "has a memory that changes after every step, so that what it does depends on how steps are chosen";
+        let what = "has a memory that changes at instants or after every step, so that what it does depends on how steps are chosen";
         return Some((what.into(), "give it a sampling period, or leave it out and give its output as an `[[input]]`"));
     }
     if element.recording.unknowns() > 0 {

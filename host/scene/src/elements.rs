@@ -68,7 +68,7 @@ fn read_element(
         Some(raw) => read_inputs(raw, reader),
         None => Vec::new(),
     };
-    let release = if kind == ElementKind::Joint { release::read(record, reader) } else { None };
+    let release = if kind == ElementKind::Control { None } else { release::read(record, reader) };
     let placement = read_placement(record, reader);
     let params = read_params(record, reader);
     let enabled = reader.flag(record, "enabled", true);
@@ -87,15 +87,12 @@ fn read_element(
     })
 }
 
-/// Joints have a key that other elements cannot have, and these one that joints cannot have.
+/// Joints and controls have no use for a key that forces have: the ones take no reactions, the others hold nothing.
 fn check_keys(kind: ElementKind, record: &Record<'_>, reader: &mut Reader<'_>) {
-    let (own, foreign, help) = match kind {
-        ElementKind::Joint => (RELEASE_KEY, JOINTS_KEY, "a joint takes no reactions; `[[force]]` and `[[control]]` do"),
-        _ => (
-            JOINTS_KEY,
-            RELEASE_KEY,
-            "a joint lets go; a force ends by a signal that it takes, or by its own parameters",
-        ),
+    let (foreign, help) = match kind {
+        ElementKind::Joint => (JOINTS_KEY, "a joint takes no reactions; `[[force]]` and `[[control]]` do"),
+        ElementKind::Control => (RELEASE_KEY, "joints and forces let go; a control acts on no body"),
+        ElementKind::Force => ("", ""),
     };
     let (misplaced, entries): (Vec<_>, Vec<_>) =
         record.table.entries.iter().cloned().partition(|(key, _)| key.value == foreign);
@@ -104,7 +101,8 @@ fn check_keys(kind: ElementKind, record: &Record<'_>, reader: &mut Reader<'_>) {
         reader.diagnostics.push(Diagnostic::error(codes::UNKNOWN_KEY, message).at(key.span, "").help(help));
     }
     let table = RawTable { span: record.table.span.clone(), entries };
-    let known: Vec<&str> = KEYS.iter().copied().chain([own]).collect();
+    let own = [JOINTS_KEY, RELEASE_KEY].into_iter().filter(|key| *key != foreign);
+    let known: Vec<&str> = KEYS.iter().copied().chain(own).collect();
     reader.check_keys(&Record { table: &table, what: record.what.clone() }, &known);
 }
 

@@ -1,4 +1,4 @@
-//! `release` of a `[[joint]]`: when it lets go of its bodies, for good.
+//! `release` of a `[[joint]]` or a `[[force]]`: when it lets go of its bodies, for good.
 
 use std::ops::Range;
 
@@ -7,13 +7,13 @@ use super::raw::{RawKind, RawValue, Spanned};
 use super::reader::{Reader, Record};
 use odyn_diagnostics::{Diagnostic, codes};
 
-/// The key of the joint.
+/// The key of the element.
 pub(super) const RELEASE_KEY: &str = "release";
 
 /// Its keys.
 pub(super) const KEYS: &[&str] = &["when", "above", "below", "at"];
 
-/// When a joint is released: `{ when = "tension", above = "30 N" }`, `{ at = "1 s" }`.
+/// When an element is released: `{ when = "tension", above = "30 N" }`, `{ at = "1 s" }`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReleaseRecord {
     /// What decides.
@@ -22,7 +22,7 @@ pub struct ReleaseRecord {
     pub span: Range<usize>,
 }
 
-/// What decides whether a joint is released.
+/// What decides whether an element is released.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ReleaseWhen {
     /// The time, s.
@@ -38,9 +38,9 @@ pub enum ReleaseWhen {
     },
 }
 
-/// Reads the table of a joint.
-pub(super) fn read(joint: &Record<'_>, reader: &mut Reader<'_>) -> Option<ReleaseRecord> {
-    let raw = joint.table.get(RELEASE_KEY)?;
+/// Reads the table of an element.
+pub(super) fn read(element: &Record<'_>, reader: &mut Reader<'_>) -> Option<ReleaseRecord> {
+    let raw = element.table.get(RELEASE_KEY)?;
     let Some(table) = raw.as_table() else {
         reader.wrong_type(
             RELEASE_KEY,
@@ -49,7 +49,7 @@ pub(super) fn read(joint: &Record<'_>, reader: &mut Reader<'_>) -> Option<Releas
         );
         return None;
     };
-    let record = Record { table, what: format!("`{RELEASE_KEY}` of {}", joint.what) };
+    let record = Record { table, what: format!("`{RELEASE_KEY}` of {}", element.what) };
     reader.check_keys(&record, KEYS);
     let when = read_when(&record, reader)?;
     Some(ReleaseRecord { when, span: raw.span.clone() })

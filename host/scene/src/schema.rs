@@ -340,7 +340,7 @@ fn orientation() -> Value {
 }
 
 /// Keys of `[[joint]]`, and of the other elements where `signals` is true.
-pub(super) fn element_keys(takes_reactions: bool) -> Vec<Key> {
+pub(super) fn element_keys(kind: &str) -> Vec<Key> {
     let mut keys = vec![
         ("name", name(""), "Its name."),
         ("type", word(), "Element type, with or without its library: \"revolute\", \"odyn-joints/revolute\"."),
@@ -361,13 +361,14 @@ pub(super) fn element_keys(takes_reactions: bool) -> Vec<Key> {
         json!({ "type": "object", "additionalProperties": source }),
         "Signals it takes: the name of an output or an input, ELEMENT.CHANNEL, or a constant.",
     ));
-    if takes_reactions {
+    if kind != "joint" {
         keys.push(("joints", list(word()), "Joints whose reactions it depends on."));
-    } else {
+    }
+    if kind != "control" {
         keys.push((
             "release",
             table(release_keys(), &[]),
-            "When the joint lets go of its bodies, for good: as soon as a signal leaves a range, or at a time.",
+            "When it lets go of its bodies, for good: as soon as a signal leaves a range, or at a time.",
         ));
     }
     keys
@@ -377,14 +378,14 @@ pub(super) fn element_keys(takes_reactions: bool) -> Vec<Key> {
 pub(super) fn release_keys() -> Vec<Key> {
     vec![
         ("when", word(), "The signal that decides: the name of an output or an input, or ELEMENT.CHANNEL."),
-        ("above", quantity(), "With `when`: the joint lets go as soon as the signal exceeds this."),
-        ("below", quantity(), "With `when`: the joint lets go as soon as the signal falls short of this."),
-        ("at", of(Dimension::TIME), "The time at which the joint lets go, instead of a signal."),
+        ("above", quantity(), "With `when`: it lets go as soon as the signal exceeds this."),
+        ("below", quantity(), "With `when`: it lets go as soon as the signal falls short of this."),
+        ("at", of(Dimension::TIME), "The time at which it lets go, instead of a signal."),
     ]
 }
 
 fn element(kind: &str) -> Value {
-    table(element_keys(kind != "joint"), &["name", "type"])
+    table(element_keys(kind), &["name", "type"])
 }
 
 pub(super) fn input_keys() -> Vec<Key> {

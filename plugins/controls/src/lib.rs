@@ -13,6 +13,7 @@ pub mod look_up;
 pub mod map;
 pub mod pid;
 pub mod product;
+pub mod relay;
 pub mod sensor;
 pub mod signal_source;
 pub mod state_space;
@@ -31,6 +32,7 @@ element_api::export_plugin! {
         product::Product,
         look_up::LookUp,
         map::Map,
+        relay::Relay,
         integral::Integral,
         pid::Pid,
         digital_pid::DigitalPid,

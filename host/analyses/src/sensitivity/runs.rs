@@ -135,7 +135,7 @@ impl Variants {
         let needs_step = self.options.methods.make(&name).is_some_and(|method| method.needs_fixed_step());
         let fixed = settings.fixed_step.or(settings.max_step.filter(|_| needs_step));
         let tolerance = settings.tolerance;
-        let switching = session.equations.switches_rows();
+        let switching = session.equations.has_events();
         drop(session);
         let own = self.run(changes, &Way::default())?;
         let summary = &own.report.summary;

@@ -18,7 +18,7 @@ export class Mechanism {
     this.ground = new Group();
     this.group.add(this.ground, ...this.bodies);
     this.links = [];
-    // What joints look like that let go, each with its time.
+    // What joints and forces look like that let go, each with its time.
     this.released = [];
     header.elements.forEach((element) => this.element(element));
     this.arrows = header.loads.map((load) => this.load(load));
@@ -48,7 +48,7 @@ export class Mechanism {
   }
 
   element(element) {
-    const release = (this.run.releases ?? []).find(({ joint }) => joint === element.name && element.kind === "joint");
+    const release = (this.run.releases ?? []).find(({ joint }) => joint === element.name);
     const drawn = (object) => release && this.released.push({ object, time: release.time });
     const shown = element.kind === "joint" ? element.frames.slice(-1) : element.frames.slice(0, 1);
     if (element.kind !== "control") {

@@ -279,10 +279,13 @@ fn as_given(model: &Model, layout: &Layout) -> Vec<f64> {
 }
 
 fn load_discrete(model: &Model, layout: &Layout, inputs: &mut [f64]) {
-    for (element, first) in model.elements.iter().zip(&layout.discrete_at) {
+    for (number, (element, first)) in model.elements.iter().zip(&layout.discrete_at).enumerate() {
         let slot = layout.discrete_slot() + first;
         let values = &element.recording.initial_discrete;
         inputs[slot..slot + values.len()].copy_from_slice(values);
+        if let Some(acts) = layout.acts_at(number, model) {
+            inputs[layout.discrete_slot() + acts] = 1.0;
+        }
     }
     for (k, input) in model.inputs.iter().enumerate() {
         inputs[layout.given_slot(k)] = input.value;

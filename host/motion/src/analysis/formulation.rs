@@ -218,6 +218,15 @@ pub enum AnalysisError {
         /// Elements and rows.
         rows: String,
     },
+    /// Memories that jump without end.
+    #[error(
+        "what {elements} keeps jumps back and forth at one instant without end: what it switches drives its own signal back at once. \
+         Give it bounds that are further apart, or let what it switches act through a lag"
+    )]
+    Flutters {
+        /// Names of the elements.
+        elements: String,
+    },
     /// Rows that were left out because they followed from others do so no longer.
     #[error(
         "joints contradict each other: equations that followed from others at the start do so no longer: {what} is off by \

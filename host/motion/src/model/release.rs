@@ -1,11 +1,13 @@
-//! [`Release`]: when a joint lets go of its bodies, for good.
+//! [`Release`]: when a joint or a force lets go of its bodies, for good.
+
+use element_api::Kind;
 
 use super::signals;
 use super::types::{Channel, Instance, Quantity};
 use crate::diagnostics::{Diagnostic, codes};
 use crate::scene::{Dimension, ReleaseWhen, Scene};
 
-/// When a joint is released.
+/// When an element is released.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Release {
     /// What decides, as the scene has it; `time`.
@@ -27,6 +29,13 @@ pub(super) fn resolve(scene: &Scene, channels: &[Channel], instances: &mut [Inst
     for record in scene.elements.iter().filter(|record| record.enabled) {
         let Some(release) = &record.release else { continue };
         let Some(index) = instances.iter().position(|instance| instance.name == record.name.value) else { continue };
+        let instance = &instances[index];
+        if instance.class.kind == Kind::Force && (instance.brings_kinetic() || instance.recording.flexible() > 0) {
+            let message = format!("`{}` cannot let go: it brings inertia, which stays", record.name.value);
+            let help = "fasten what has the mass by an element that may be released";
+            found.push(Diagnostic::error(codes::UNKNOWN_KEY, message).at(release.span.clone(), "").help(help));
+            continue;
+        }
         let made = match &release.when {
             ReleaseWhen::At(at) => Ok(Release {
                 name: "time".into(),
@@ -48,7 +57,7 @@ pub(super) fn resolve(scene: &Scene, channels: &[Channel], instances: &mut [Inst
                             record.name.value
                         );
                         let diagnostic = Diagnostic::error(codes::OUT_OF_RANGE, message).at(release.span.clone(), "");
-                        return Err(Box::new(diagnostic.help("the joint holds as long as the signal is between them")));
+                        return Err(Box::new(diagnostic.help("it holds as long as the signal is between them")));
                     }
                     let channel = channels.iter().find(|channel| channel.name == name.value);
                     let units = &scene.units;

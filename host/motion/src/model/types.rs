@@ -7,6 +7,7 @@ use element_api::set::ElementSet;
 use element_api::{Descriptor, Kind, Recording};
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 
+use super::parameters::dimension_of;
 use super::release::Release;
 use crate::catalog::LibraryInfo;
 use crate::scene::Dimension;
@@ -153,7 +154,7 @@ pub struct Instance {
     pub inputs: Vec<Source>,
     /// The joints whose reactions it takes, as indices of elements.
     pub joints: Vec<usize>,
-    /// When it lets go of its bodies, for good; of a joint that may.
+    /// When it lets go of its bodies, for good; of a joint or a force that may.
     pub release: Option<Release>,
     /// How it looks up the grids that the scene gave it; of joints, curves that end with a kink.
     pub grids: Vec<GridUse>,
@@ -191,6 +192,20 @@ impl Instance {
     #[must_use]
     pub fn gives_more_than_rows(&self) -> bool {
         self.has_states() || !self.recording.initial_discrete.is_empty() || !self.class.reported().is_empty()
+    }
+
+    /// Whether it is a force that may let go.
+    #[must_use]
+    pub fn may_end(&self) -> bool {
+        self.class.kind == Kind::Force && self.release.is_some()
+    }
+
+    /// Whether a value that it reports is a load, a power or an energy: nothing of a force that has let go.
+    #[must_use]
+    pub fn is_of_load(&self, value: usize) -> bool {
+        let unit = &self.class.reported()[value].unit;
+        let of_load = [Dimension::FORCE, Dimension::TORQUE, Dimension::POWER];
+        dimension_of(unit).is_ok_and(|dimension| of_load.contains(&dimension))
     }
 
     /// Whether it is a joint with states or memory: where its rows hold is then no matter of positions and time alone.

@@ -63,6 +63,7 @@ impl Layout {
             layout.states += element.recording.unknowns();
             layout.references += element.class.angles;
             layout.discrete += element.recording.initial_discrete.len() + element.recording.sliding_numbers();
+            layout.discrete += usize::from(element.may_end());
         }
         layout.given_at = layout.discrete;
         layout.discrete += model.inputs.len();
@@ -117,6 +118,12 @@ impl Layout {
         let element = self.row_at.partition_point(|first| *first <= row) - 1;
         // Elements without rows share their offset with the next one; the last of them is the owner.
         (element, row - self.row_at[element])
+    }
+
+    /// Where it is among the discrete states whether a force element still acts: the last of its own; `None` where it always does.
+    #[must_use]
+    pub fn acts_at(&self, element: usize, model: &Model) -> Option<usize> {
+        model.elements[element].may_end().then(|| self.discrete_of(element).end - 1)
     }
 
     /// Slot of the time among the inputs of every program.

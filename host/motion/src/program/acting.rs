@@ -18,6 +18,9 @@ use super::unknowns;
 use crate::model::{Model, Quantity, Source};
 use crate::plan::Layout;
 
+/// The margin of what has let go.
+const SAFE: f64 = f64::MAX;
+
 /// What is known of one element so far.
 #[derive(Default)]
 struct Import {
@@ -101,7 +104,7 @@ impl Equations {
         let (element, layout) = (&imports.model.elements[index], imports.layout);
         let missing = self.graph.constant(f64::NAN);
         for k in 0..element.class.reported().len() {
-            let node = self.role(index, Role::Channel(k as u32), imports).unwrap_or(missing);
+            let node = self.reported(index, k, imports).unwrap_or(missing);
             self.element_mut(index).channels.push(node);
         }
         for k in 0..element.recording.initial_states.len() {
@@ -113,6 +116,7 @@ impl Equations {
             let node = self.role(index, Role::NextDiscrete(k as u32), imports).unwrap_or(missing);
             self.next_discrete[layout.discrete_at[index] + k] = node;
         }
+        self.add_latch(index, element, &imports.elements[index].nodes, layout);
         if let Some(Inertia { rates, .. }) = self.inertia(index, imports) {
             let first = imports.layout.state_at[index] + rates.len();
             self.state_rates[first..first + rates.len()].copy_from_slice(&rates);
@@ -182,8 +186,9 @@ impl Equations {
             let flexible = self.flexible_power(index, imports);
             power = self.graph.add(power, flexible);
         }
-        let (potential, dissipation) =
-            (self.potential_of(index, imports), self.role(index, Role::Dissipation, imports));
+        let acts = self.acts(index, imports.model, layout);
+        let potential = self.potential_of(index, imports);
+        let dissipation = self.role(index, Role::Dissipation, imports).map(|heat| self.while_it_acts(heat, acts));
         let told = if self.potential_takes_motion(index, imports) { None } else { potential.or(dissipation) };
         match (told, potential) {
             (None, _) => {
@@ -204,6 +209,8 @@ impl Equations {
         self.add_values(index, imports);
         for k in 0..element.class.checks.len() {
             let node = self.role(index, Role::Check(k as u32), imports).unwrap_or(missing);
+            // What has let go is in no danger.
+            let node = self.choose_while_it_acts(node, SAFE, acts);
             self.element_mut(index).checks.push(node);
         }
         for grid in &element.grids {
@@ -223,7 +230,9 @@ impl Equations {
         if self.potential_takes_motion(element, imports) {
             return None;
         }
-        self.role(element, Role::Potential, imports)
+        let potential = self.role(element, Role::Potential, imports)?;
+        let acts = self.acts(element, imports.model, imports.layout);
+        Some(self.while_it_acts(potential, acts))
     }
 
     /// Whether a potential depends on a signal that depends on where the bodies are, how they move, or what is solved for.
@@ -267,12 +276,23 @@ impl Equations {
     /// The load that a force element says it puts on one of its frames.
     fn given_load(&mut self, element: usize, frame: usize, imports: &mut Imports<'_>) -> FrameLoad {
         let zero = self.graph.constant(0.0);
-        let mut component =
-            |role: fn(u32) -> Role, k: usize| self.role(element, role((3 * frame + k) as u32), imports).unwrap_or(zero);
+        let acts = self.acts(element, imports.model, imports.layout);
+        let mut component = |role: fn(u32) -> Role, k: usize| {
+            let own = self.role(element, role((3 * frame + k) as u32), imports).unwrap_or(zero);
+            self.while_it_acts(own, acts)
+        };
         FrameLoad {
             force: std::array::from_fn(|k| component(Role::Force, k)),
             torque: std::array::from_fn(|k| component(Role::Torque, k)),
         }
+    }
+
+    /// A value that an element reports.
+    fn reported(&mut self, element: usize, k: usize, imports: &mut Imports<'_>) -> Option<Node> {
+        let value = self.role(element, Role::Channel(k as u32), imports)?;
+        let acts = self.acts(element, imports.model, imports.layout);
+        let acts = acts.filter(|_| imports.model.elements[element].is_of_load(k));
+        Some(self.while_it_acts(value, acts))
     }
 
     /// A result of an element; `None` when it does not give it.
@@ -351,9 +371,7 @@ impl Equations {
         };
         let missing = self.graph.constant(f64::NAN);
         match quantity {
-            Quantity::Value { element, channel } => {
-                self.role(*element, Role::Channel(*channel as u32), imports).unwrap_or(missing)
-            }
+            Quantity::Value { element, channel } => self.reported(*element, *channel, imports).unwrap_or(missing),
             Quantity::Load { element, frame, torque, axes, component }
                 if imports.model.elements[*element].class.kind == Kind::Force =>
             {

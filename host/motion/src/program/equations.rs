@@ -15,6 +15,7 @@ use super::contacts::Contact;
 use super::coupling::CoupledInput;
 use super::inertia::FreeInertia;
 use super::kinematics::{BodyNodes, FrameNodes, body_nodes, dot4, frame_nodes, g_matrix, transposed};
+use super::latches::Latch;
 use super::opaque::{call_inputs, opaque_results};
 use super::releases::Releasing;
 use super::sliding::Friction;
@@ -108,6 +109,8 @@ pub struct Equations {
     pub frictions: Vec<Friction>,
     /// Joints that may be released, in their order.
     pub releases: Vec<Releasing>,
+    /// Memories that jump at instants, and what decides on the releases of forces.
+    pub latches: Vec<Latch>,
     /// The rows that are not enforced, ascending: those of contacts that are open, of frictions that slide, and of joints that were
     /// released.
     pub(super) open: Vec<usize>,
@@ -193,6 +196,7 @@ impl Equations {
             contacts: Vec::new(),
             frictions: Vec::new(),
             releases: Vec::new(),
+            latches: Vec::new(),
             open: Vec::new(),
             of_mode: false,
             coupling: Vec::new(),
@@ -232,6 +236,7 @@ impl Equations {
         equations.find_coupling(layout);
         equations.may_need_solution = equations.needs_solution();
         equations.watch_releases(model, layout);
+        equations.add_releases_of_forces(model, layout);
         equations
     }
 
@@ -259,6 +264,7 @@ impl Equations {
             contacts: self.contacts.clone(),
             frictions: self.frictions.clone(),
             releases: self.releases.clone(),
+            latches: self.latches.clone(),
             open: self.open.clone(),
             of_mode: self.of_mode,
             loads: self.loads.clone(),

@@ -18,6 +18,7 @@
 //! | `contacts.rs` | unilateral rows, and which rows are enforced |
 //! | `sliding.rs` | rows that hold up to a limit: friction |
 //! | `releases.rs` | joints that let go for good |
+//! | `latches.rs` | memories that jump at instants, forces that let go |
 //! | `acting.rs` | force and control elements, and the signals between them |
 //! | `inertia.rs` | kinetic energy that elements bring, and their flexible coordinates |
 //! | `coupling.rs` | forces that depend on accelerations and reactions |
@@ -44,6 +45,7 @@ mod equations;
 mod inertia;
 mod joint;
 mod kinematics;
+mod latches;
 mod moved_rows;
 mod observe;
 mod opaque;
@@ -77,6 +79,7 @@ pub use equations::{ElementEquations, Equations, Form, FrameLoad, Row};
 pub use inertia::ElementMass;
 pub use joint::{JointEquations, JointPose};
 pub use kinematics::{BodyNodes, turned_parameters};
+pub use latches::Latch;
 pub use projection::Projecting;
 pub use rate_sizes::{RateSizes, sizes_of_forces};
 pub use reactions::{Reactions, Working};

@@ -101,6 +101,7 @@ impl Equations {
         roots.extend(model.watched().iter().map(|watched| self.watched(watched)));
         roots.extend([self.kinetic, self.potential]);
         roots.extend(self.releases.iter().map(|one| one.value));
+        roots.extend(self.latches.iter().flat_map(|latch| &latch.inputs));
         let lists = [&self.next_discrete, &self.dissipation, &self.supplied];
         roots.extend(lists.into_iter().flatten());
         for element in self.elements.iter() {
@@ -125,6 +126,7 @@ impl Equations {
         }
         nodes.extend(self.graph.calls.iter().flat_map(|call| &call.arguments));
         nodes.extend(self.releases.iter().map(|one| one.value));
+        nodes.extend(self.latches.iter().flat_map(|latch| &latch.inputs));
         nodes
     }
 

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use element_api::Kind;
 use odyn_graph::Node;
 
 use super::equations::Equations;
@@ -36,7 +37,9 @@ impl Equations {
     pub(super) fn add_releases(&mut self, model: &Model, layout: &Layout) {
         let value = self.graph.input(Layout::TIME);
         for (element, instance) in model.elements.iter().enumerate() {
-            let Some(release) = &instance.release else { continue };
+            let Some(release) = instance.release.as_ref().filter(|_| instance.class.kind == Kind::Joint) else {
+                continue;
+            };
             let bounds = [(1.0, release.above), (-1.0, release.below)];
             let bounds = bounds.into_iter().filter_map(|(sign, bound)| Some((sign, bound?))).collect();
             self.releases.push(Releasing { element, rows: layout.rows_of(element), value, bounds, gone: false });

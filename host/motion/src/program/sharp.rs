@@ -75,6 +75,7 @@ impl Sharp {
         let mut roots = equations.loads.clone();
         roots.extend(&equations.state_rates);
         roots.extend(equations.releases.iter().map(|one| one.value));
+        roots.extend(equations.latch_conditions().flat_map(|(a, b)| [a, b]));
         roots.extend(equations.rows.iter().flat_map(|row| [row.value, row.time, row.gamma]));
         let live = graph.live(&roots);
         if !live.iter().any(|node| is_source(graph, *node)) {

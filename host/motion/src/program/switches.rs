@@ -28,6 +28,7 @@ impl Switches {
         let mut roots = equations.loads.clone();
         roots.extend(&equations.state_rates);
         roots.extend(equations.releases.iter().map(|one| one.value));
+        roots.extend(equations.latch_conditions().flat_map(|(a, b)| [a, b]));
         roots.extend(equations.rows.iter().map(|row| row.gamma));
         Self { conditions: conditions(graph, &graph.live(&roots), &moving(graph, layout)) }
     }

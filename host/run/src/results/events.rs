@@ -28,8 +28,10 @@ pub enum EventKind {
     Sticks,
     /// It begins to slide, or to slide the other way.
     Slides,
-    /// A joint lets go of its bodies, for good; the row says what decided.
+    /// A joint or a force lets go of its bodies, for good; the row says what decided.
     Releases,
+    /// The memory of an element jumps; the row says to what.
+    Switches,
     /// From here on rigid bodies do not determine its reaction; the row says which part. Told once.
     Indeterminate,
     /// From here on it slides with a limit that depends on such a reaction, and the motion on it. Told once.
@@ -47,6 +49,7 @@ impl EventKind {
             Self::Sticks => "sticks",
             Self::Slides => "slides",
             Self::Releases => "releases",
+            Self::Switches => "switches",
             Self::Indeterminate => "indeterminate",
             Self::Ambiguous => "ambiguous",
         }

@@ -87,6 +87,8 @@ pub(super) struct Watching {
     /// Functions that change their sign where the equations switch, or where a table jumps or has a corner.
     conditions: Vec<Node>,
     sharp: Sharp,
+    /// Functions that change their sign where memories jump.
+    jumps: Vec<Node>,
     /// Counted angles, each with its reference.
     angles: Vec<(Node, usize)>,
     /// Periods at whose multiples steps end, s, and the end of the run.
@@ -116,8 +118,10 @@ impl Watching {
             g.tables.push(sides.clone());
             conditions.push(g.table(g.tables.len() as u32 - 1, 0, *at));
         }
+        let sides: Vec<(Node, Node)> = equations.latch_conditions().collect();
+        let jumps = sides.into_iter().map(|(a, b)| equations.graph.sub(a, b)).collect();
         let angles = counted.iter().map(|reference| (equations.angles[*reference], *reference)).collect();
-        Self { conditions, sharp, angles, ..Self::default() }
+        Self { conditions, sharp, jumps, angles, ..Self::default() }
     }
 
     /// Functions that change their sign where steps had better end.
@@ -161,7 +165,7 @@ impl Watching {
     /// Prepares the ranges in the coordinates of a formulation.
     pub(super) fn guard(&self, equations: &mut Equations, layout: &Layout, formulation: &dyn Formulation) -> Guarded {
         let mut guards = Guards::default();
-        let switches = self.conditions.iter().map(|node| (*node, Guard::Switch));
+        let switches = self.conditions.iter().chain(&self.jumps).map(|node| (*node, Guard::Switch));
         let features = self.sharp.of_motion.iter().map(|node| (*node, Guard::Feature));
         // They do not any more where their joint has let go.
         let first = self.contacts.len() + self.frictions.len();

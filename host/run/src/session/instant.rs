@@ -33,8 +33,8 @@ impl Run<'_> {
     /// # Errors
     /// Accelerations or reactions that have no solution here.
     pub fn instant(&mut self) -> Result<Instant, SessionError> {
-        if self.system.has_contacts() {
-            // Which contacts are closed is found when time advances.
+        if self.system.has_events() {
+            // Which contacts are closed, and what has switched, is found when time advances.
             let met = self.meet_contacts().map_err(|error| self.session.integration_error(&error))?;
             if let Some(status) = met {
                 self.outcome = Ok(status);

@@ -51,7 +51,7 @@ impl Session {
 
     /// Notes what contacts left open: outputs that are not unique, and a motion that depends on such reactions.
     pub(super) fn judge_contacts(&self, summary: &mut Summary, samplings: &mut Samplings) -> Result<(), ResultsError> {
-        if !self.equations.switches_rows() {
+        if !self.equations.has_events() {
             return Ok(());
         }
         let unit = self.scene.units.factor(Dimension::TIME);

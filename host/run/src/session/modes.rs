@@ -4,7 +4,7 @@ use super::decide::decide;
 use super::error::SessionError;
 use super::opened::Session;
 use super::run::Run;
-use super::simulation::{Mode, Part};
+use super::simulation::{Jumped, Mode, Part};
 use crate::analysis::{AnalysisError, Assembly, Constraints, Formulation};
 use crate::diagnostics::{Diagnostic, codes};
 use crate::integrate::{IntegrateError, Status, StopReason};
@@ -18,6 +18,18 @@ impl Session {
     /// # Errors
     /// Names the method or the engine.
     pub(super) fn contacts_fit(&self, fixed_step: bool) -> Result<(), SessionError> {
+        if let Some(latch) = self.equations.latches.first().filter(|_| fixed_step) {
+            let name = &self.model.elements[latch.element].name;
+            let what = match latch.releases {
+                true => format!("`{name}` may be released: steps of a fixed size cannot end where a force lets go"),
+                false => format!("`{name}` switches: steps of a fixed size cannot end where its memory jumps"),
+            };
+            let diagnostic = Diagnostic::error(codes::UNKNOWN_METHOD, what);
+            return Err(SessionError::one(
+                &self.scene.source,
+                diagnostic.help("use a method that chooses its steps: auto"),
+            ));
+        }
         if !self.equations.switches_rows() {
             return Ok(());
         }
@@ -60,9 +72,16 @@ impl Session {
         rows.map(|row| self.row_name(row)).collect()
     }
 
-    /// The joints that may be released.
+    /// The joints and forces that may be released.
     pub(super) fn release_names(&self) -> Vec<String> {
-        self.equations.releases.iter().map(|one| self.model.elements[one.element].name.clone()).collect()
+        let joints = self.equations.releases.iter().map(|one| self.model.elements[one.element].name.clone());
+        joints.chain(self.latch_names(true)).collect()
+    }
+
+    /// The elements whose memories jump at instants; `releases`: the forces that may be released.
+    pub(super) fn latch_names(&self, releases: bool) -> Vec<String> {
+        let latches = self.equations.latches.iter().filter(|latch| latch.releases == releases);
+        latches.map(|latch| self.model.elements[latch.element].name.clone()).collect()
     }
 
     /// The rows that hold up to a limit, each with its element.
@@ -203,14 +222,26 @@ impl Run<'_> {
                 let reason = StopReason::Failed { step: 0.0, not_finite: false, cause: Box::new(cause) };
                 Ok(Some(Status::StoppedEarly { t: self.time, reason }))
             }
+            Err(Met::Integration(cause)) => Err(cause),
             Err(Met::Session(cause)) => Err(IntegrateError::System { t: self.time, cause: cause.to_string().into() }),
         }
     }
 
     fn try_to_meet(&mut self) -> Result<(), Met> {
         let mut again = self.system.was_met_at(self.time);
+        if self.system.let_jump(self.time, &mut self.state, true)? == Jumped::Stuck
+            && let Some((t, state)) = self.system.behind_jump(self.time, &self.state)?
+        {
+            self.pass_jump(t, state)?;
+        }
+        if !self.system.has_contacts() {
+            return Ok(());
+        }
         loop {
             self.settle_contacts()?;
+            if self.system.let_jump(self.time, &mut self.state, false)? == Jumped::Yes {
+                continue;
+            }
             let due = self.system.due_releases(self.time, &self.state, std::mem::take(&mut again))?;
             if due.is_empty() {
                 return Ok(());
@@ -221,6 +252,18 @@ impl Run<'_> {
             self.let_go(&gone)?;
             self.system.report_releases(self.time, &due)?;
         }
+    }
+
+    /// On at a moment later, behind a place where a signal jumps.
+    fn pass_jump(&mut self, t: f64, state: Vec<f64>) -> Result<(), Met> {
+        while self.sample_times.get(self.system.samples()).is_some_and(|due| *due <= t) {
+            self.system.sample_now(self.time, &self.state).map_err(Met::Integration)?;
+            self.counters.samples += 1;
+        }
+        (self.time, self.state) = (t, state);
+        self.system.pass_to(t);
+        self.system.let_jump(t, &mut self.state, false)?;
+        Ok(())
     }
 
     /// Goes on without the rows of these joints, and of no others.
@@ -238,6 +281,7 @@ impl Run<'_> {
         self.let_go(gone).map_err(|problem| match problem {
             Met::Analysis(error) => self.failed(error),
             Met::Session(error) => error,
+            Met::Integration(error) => self.session.integration_error(&error),
         })
     }
 
@@ -278,6 +322,7 @@ impl Run<'_> {
 /// Why contacts could not be met.
 enum Met {
     Analysis(AnalysisError),
+    Integration(IntegrateError),
     Session(SessionError),
 }
 

@@ -165,6 +165,9 @@ impl Prepared {
         // What is due where another run ended was sampled by that.
         let continues = leg.carried.is_some() || session.begins.state.is_some();
         system.clocks().set(t_start, continues);
+        if continues {
+            system.memories_continue();
+        }
         if fixed_step.is_none() {
             watching.periods = (system.clocks().periods().collect(), t_end);
         }

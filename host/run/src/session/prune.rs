@@ -36,7 +36,7 @@ pub(super) fn is_determined(
         && scene.simulation.method.is_none()
         && plan.mobility == 0
         && equations.rows.iter().all(|row| !row.of_velocities)
-        && !equations.switches_rows()
+        && !equations.has_events()
         && layout.states + layout.given_at == 0
         && model.elements.iter().all(|element| !element.class.opaque && element.recording.sample_period().is_none())
 }

@@ -36,7 +36,7 @@ pub struct CheckReport {
     pub contacts: Vec<String>,
     /// The rows that hold up to a limit.
     pub frictions: Vec<String>,
-    /// Joints that may be released during a run.
+    /// Joints and forces that may be released during a run.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub releases: Vec<String>,
     /// Joints.
@@ -119,9 +119,12 @@ pub struct PlanReport {
     pub contacts: Vec<String>,
     /// The rows that hold up to a limit.
     pub frictions: Vec<String>,
-    /// Joints that may be released during a run.
+    /// Joints and forces that may be released during a run.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub releases: Vec<String>,
+    /// Elements whose memories jump at instants.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub switching: Vec<String>,
     /// Elements that sample, each with its period.
     pub sampled: Vec<String>,
     /// Opaque elements, called at run time.
@@ -354,6 +357,7 @@ impl Session {
             contacts: self.contact_names(),
             frictions: self.friction_names(),
             releases: self.release_names(),
+            switching: self.latch_names(false),
             sampled: sampled.collect(),
             opaque: opaque
                 .map(|e| {
@@ -479,9 +483,12 @@ impl std::fmt::Display for PlanReport {
         if !self.releases.is_empty() {
             writeln!(
                 f,
-                "released: {}; steps end where joints let go, whose rows are gone from there",
+                "released: {}; steps end where they let go, and what they do is gone from there",
                 all(&self.releases)
             )?;
+        }
+        if !self.switching.is_empty() {
+            writeln!(f, "switching: {}; steps end where their memories jump", all(&self.switching))?;
         }
         if !self.sampled.is_empty() {
             writeln!(f, "sampled: {}; steps end at the samples", self.sampled.join(", "))?;

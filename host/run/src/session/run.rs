@@ -235,11 +235,12 @@ impl<'a> Run<'a> {
         if self.interrupted {
             let begun = self.system.begin_anew(self.time, &self.state);
             begun.map_err(|error| self.system_error(error))?;
+            self.system.look_at_memories_anew();
             self.options.first_step = self.system.carried().step.or(self.session.scene.simulation.first_step);
         }
         self.sample_before_contacts()?;
         loop {
-            if self.system.has_contacts()
+            if self.system.has_events()
                 && let Some(ended) = self.meet_contacts()?
             {
                 return Ok(ended);

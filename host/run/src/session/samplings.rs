@@ -127,7 +127,7 @@ impl Samplings {
     pub(super) fn go_on(session: &Session, path: &Path, kept: &Kept, summary: &Summary) -> Result<Self, ResultsError> {
         let mut samplings = session.no_samplings();
         samplings.folder = Some(Folder::go_on(path, &samplings.channels, session.shown.as_ref(), kept, summary)?);
-        if session.equations.switches_rows() {
+        if session.equations.has_events() {
             samplings.events.go_on(path, session.scene.units.factor(Dimension::TIME), session.begins.time)?;
         }
         let table = Table::read(&path.join(RESULTS_FILE))?;
@@ -165,7 +165,7 @@ impl Session {
             let unit = time.factor;
             let folder = Folder::create(path, &time, &samplings.channels, self.shown.as_ref(), summary);
             samplings.folder = Some(folder.map_err(|e| self.files_error(&e))?);
-            if self.equations.switches_rows() {
+            if self.equations.has_events() {
                 samplings.events.begin(path, unit).map_err(|e| self.files_error(&e))?;
             }
         }

@@ -5,6 +5,7 @@ mod entry_sizes;
 mod floor;
 mod frictions;
 mod indeterminate;
+mod latched;
 mod levels;
 mod margins;
 mod memory;
@@ -22,6 +23,8 @@ pub(super) use self::contacts::Mode;
 use self::contacts::Touch;
 use self::entry_sizes::EntrySizes;
 use self::floor::Floor;
+pub(super) use self::latched::Jumped;
+use self::latched::Latched;
 pub(super) use self::levels::Pressed;
 pub(super) use self::margins::Extremes;
 use self::margins::Margins;
@@ -138,6 +141,8 @@ pub(super) struct Simulation<'a> {
     switches: Option<Part>,
     /// Unilateral rows, if there are any.
     touch: Option<Touch>,
+    /// Memories that jump at instants, if there are any.
+    latched: Option<Latched>,
     /// What elements want looked at, if any do.
     margins: Option<Margins>,
     /// Internal unknowns, if there are any.
@@ -246,6 +251,7 @@ impl<'a> Simulation<'a> {
             heat,
             switches: None,
             touch: Touch::new(equations, model, layout, formulation.as_ref(), assembly.scales.length)?,
+            latched: Latched::new(equations, model, layout, formulation.as_ref()),
             margins: Margins::new(equations, model, layout, formulation.as_ref()),
             unknowns: Tracked::new(equations, model, layout, formulation.as_ref()),
             guarded: None,
@@ -498,6 +504,7 @@ impl<'a> Simulation<'a> {
         list.extend(self.margins.iter_mut().flat_map(Margins::used).map(Used::by_steps));
         list.extend(self.unknowns.iter_mut().flat_map(Tracked::used));
         list.extend(self.touch.iter_mut().flat_map(Touch::used));
+        list.extend(self.latched.iter_mut().flat_map(Latched::used));
         list.extend(
             self.switches.iter_mut().chain(self.looks.iter_mut().flatten()).map(|part| part.evaluator.used(true)),
         );

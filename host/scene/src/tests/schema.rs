@@ -23,9 +23,10 @@ fn every_key_of_the_reader_is_in_the_schema() {
     same(&schema::simulation_keys(), settings::SIMULATION_KEYS);
     same(&schema::body_keys(), bodies::KEYS);
     same(&schema::shape_keys(), shapes::KEYS);
-    same(&schema::element_keys(false), &[elements::KEYS, &[release::RELEASE_KEY]].concat());
+    same(&schema::element_keys("joint"), &[elements::KEYS, &[release::RELEASE_KEY]].concat());
     same(&schema::release_keys(), release::KEYS);
-    same(&schema::element_keys(true), &[elements::KEYS, &[elements::JOINTS_KEY]].concat());
+    same(&schema::element_keys("control"), &[elements::KEYS, &[elements::JOINTS_KEY]].concat());
+    same(&schema::element_keys("force"), &[elements::KEYS, &[elements::JOINTS_KEY, release::RELEASE_KEY]].concat());
     same(&schema::input_keys(), inputs::KEYS);
     same(&schema::output_keys(), outputs::OUTPUT_KEYS);
     same(&schema::figure_keys(), outputs::FIGURE_KEYS);
@@ -83,7 +84,7 @@ fn the_schema_tells_the_dimensions_that_the_reader_expects() {
     let tables = [
         ("[simulation]", schema::simulation_keys()),
         ("[[body]]\nname = \"b\"", schema::body_keys()),
-        ("[[joint]]\nname = \"j\"\ntype = \"t\"", schema::element_keys(false)),
+        ("[[joint]]\nname = \"j\"\ntype = \"t\"", schema::element_keys("joint")),
         ("[[output]]\nname = \"o\"", schema::output_keys()),
         ("[[figure]]\nname = \"f\"", schema::figure_keys()),
         ("[[check]]\nname = \"c\"", schema::check_keys()),
@@ -111,7 +112,7 @@ fn the_page_has_every_key_and_every_sentence() {
         schema::simulation_keys(),
         schema::body_keys(),
         schema::shape_keys(),
-        schema::element_keys(true),
+        schema::element_keys("force"),
     ]
     .concat()
     {

@@ -1,7 +1,7 @@
 //! A switch with hysteresis: on below `low`, off above `high`, and in between as it was.
 //!
-//! "As it was" is a memory. The equations read it like an input; `next_memory` says what it is after a step that was
-//! accepted, so that a step that is tried and rejected leaves no trace.
+//! "As it was" is a memory. The equations read it like an input; `next_memory` says what it is next, between steps, which end where
+//! its conditions change.
 
 use element_api::prelude::*;
 

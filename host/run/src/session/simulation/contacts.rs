@@ -1,6 +1,7 @@
 //! Unilateral rows during a run: where steps must end, and which rows are enforced from then on. What happens there: `settle.rs`.
 
 use super::frictions::{Shared, Sliding};
+use super::latched::Latched;
 use super::levels::{Pressed, TOUCHING};
 use super::releases::Releases;
 use super::speeds::Speeds;
@@ -197,11 +198,15 @@ impl Touch {
 impl Simulation<'_> {
     /// Number of quantities that must not become negative.
     pub(super) fn stop_count(&self) -> usize {
-        self.touch.as_ref().map_or(0, |touch| touch.levels.len() + touch.releases.count())
+        let of_touch = self.touch.as_ref().map_or(0, |touch| touch.levels.len() + touch.releases.count());
+        of_touch + self.latched.as_ref().map_or(0, Latched::count)
     }
 
     /// Their values.
     pub(super) fn stop_values(&mut self, t: f64, y: &[f64], values: &mut [f64]) -> Result<(), AnalysisError> {
+        let jumps = self.latched.as_ref().map_or(0, Latched::count);
+        let (values, jumps) = values.split_at_mut(values.len() - jumps);
+        self.left_until_jumps(t, y, jumps)?;
         let Some(touch) = &mut self.touch else { return Ok(()) };
         let (values, left) = values.split_at_mut(touch.levels.len());
         if touch.closed.len() < values.len() {
@@ -261,6 +266,11 @@ impl Simulation<'_> {
         let is_passed = |k: &usize| values[*k] < -PASSED * touch.size_of(*k, sizes) && is_off(k);
         let found = (0..values.len()).find(is_passed);
         found.map(|k| AnalysisError::Passed { row: touch.name(k), value: values[k] })
+    }
+
+    /// Whether steps end where something happens: rows that come and go, memories that jump.
+    pub(in crate::session) fn has_events(&self) -> bool {
+        self.touch.is_some() || self.latched.is_some()
     }
 
     /// Whether there are unilateral rows.

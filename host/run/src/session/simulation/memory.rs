@@ -115,6 +115,7 @@ impl<'a> Simulation<'a> {
         self.contacts_were(&saved.carried.closed, &saved.carried.pressed);
         self.open_loads_were(&saved.carried.open_loads);
         self.forget_bounds();
+        self.look_at_memories_anew();
         self.references.copy_from_slice(&saved.references);
         self.discrete.copy_from_slice(&saved.discrete);
         (self.watched, self.largest_kinetic) = (saved.watched, saved.largest_kinetic);
@@ -207,7 +208,7 @@ impl<'a> Simulation<'a> {
     }
 
     /// Potential energy, J.
-    fn potential(&mut self, t: f64, state: &[f64]) -> Result<f64, AnalysisError> {
+    pub(super) fn potential(&mut self, t: f64, state: &[f64]) -> Result<f64, AnalysisError> {
         Ok(self.energy.at(self.formulation.as_mut(), &mut self.observed, t, state)?[1])
     }
 

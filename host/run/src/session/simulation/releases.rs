@@ -170,6 +170,12 @@ impl Simulation<'_> {
 
     /// What decides on releases a moment later.
     fn deciding_ahead(&mut self, ahead: f64, t: f64, state: &[f64]) -> Result<Vec<f64>, AnalysisError> {
+        let there = self.state_ahead(ahead, t, state)?;
+        self.deciding(t + ahead, &there)
+    }
+
+    /// The state a moment later.
+    pub(super) fn state_ahead(&mut self, ahead: f64, t: f64, state: &[f64]) -> Result<Vec<f64>, AnalysisError> {
         let mut rates = [vec![0.0; state.len()], vec![0.0; state.len()]];
         self.formulation.rates(t, state, &mut rates[0])?;
         let mut there: Vec<f64> = state.iter().zip(&rates[0]).map(|(y, rate)| y + ahead * rate).collect();
@@ -177,7 +183,7 @@ impl Simulation<'_> {
         for (k, y) in there.iter_mut().enumerate() {
             *y = state[k] + 0.5 * ahead * (rates[0][k] + rates[1][k]);
         }
-        self.deciding(t + ahead, &there)
+        Ok(there)
     }
 
     /// Whether steps ended at this time before.

@@ -285,6 +285,9 @@ impl Simulation<'_> {
             held.clear();
             held.extend_from_slice(discrete);
             self.clocks.hold(t, &self.discrete, &mut held);
+            if let Some(latched) = &self.latched {
+                latched.hold(&self.discrete, &mut held);
+            }
             for (number, angle) in self.counted.iter().zip(angles) {
                 let reference = &mut self.references[*number];
                 if (angle - *reference).abs() > NEW_REFERENCE {
@@ -294,6 +297,9 @@ impl Simulation<'_> {
             }
             if turned && self.turns_act {
                 changed = Accepted::Changed;
+            }
+            for (at, next) in self.follow_latched(behind, state)? {
+                held[at] = next;
             }
             if self.discrete != held {
                 self.discrete.copy_from_slice(&held);
