@@ -484,3 +484,10 @@ fn modes_are_shown_along_a_period_of_each() {
     }
     assert_eq!(page.tables[0].rows.len(), found.modes.modes.len());
 }
+
+#[test]
+fn steps_that_do_not_get_shorter_with_their_size_are_made_much_smaller() {
+    for name in ["ball", "slide"] {
+        rest(&session(&root().join(format!("tests/regressions/statics/{name}.toml")), &[]));
+    }
+}

@@ -472,3 +472,27 @@ fn what_is_not_smooth_is_uncertain() {
     );
     assert_eq!((found.status, found.exit_code()), ("uncertain", 7), "{found:?}");
 }
+
+#[test]
+fn a_figure_without_a_value_has_no_derivative() {
+    let scratch = Scratch::new();
+    // It is taken where y crosses a value that it never has.
+    let figure =
+        "[[figure]]\nname = \"never\"\nchannel = \"x\"\ntake = \"at\"\nwhere = \"x\"\nequals = 1e3\n[[figure]]";
+    let path = scratch.file("scene.toml", OSCILLATOR.replacen("[[figure]]", figure, 1));
+    let found = of(&path, &["never"], &["block.mass"], &[]);
+    assert!(found.figures[0].derivative.is_nan() && found.figures[0].digits.is_nan(), "{found:?}");
+    assert_eq!((found.status, found.exit_code()), ("uncertain", 7));
+    assert!(found.notes.iter().any(|note| note.contains("`never` has no value")), "{:?}", found.notes);
+}
+
+#[test]
+fn a_number_that_moves_samples_on_one_side_is_refused() {
+    let scratch = Scratch::new();
+    let path = scratch.file("scene.toml", OSCILLATOR);
+    // An end on a sample: a later one leaves all samples where they are, an earlier one takes the last away.
+    let error = try_of(&path, &[], &["simulation.t_end"], &[]).unwrap_err().to_string();
+    assert!(error.contains("`simulation.t_end` changes the times of the samples"), "{error}");
+    let found = of(&path, &[], &["simulation.t_end"], &["simulation.t_end=2.05"]);
+    assert!(found.outputs.iter().all(|output| output.independent), "{found:?}");
+}

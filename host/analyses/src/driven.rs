@@ -217,8 +217,7 @@ impl<'s> Driven<'s> {
                 return Ok(self.size(&moved));
             }
             last = worst;
-            let freedom = Freedom::of(&jacobian, &found.scales).map_err(|error| error.to_string())?;
-            let step = &freedom.lift * -values.select_rows(freedom.independent.iter());
+            let step = Freedom::shortest(&jacobian, &found.scales, &-values).map_err(|error| error.to_string())?;
             moved += &step;
             if self.size(&moved) > most || moved.iter().any(|part| !part.is_finite()) {
                 return Err(format!("`{}` cannot be met near", self.row_name(rows[which])));

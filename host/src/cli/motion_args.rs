@@ -156,7 +156,7 @@ pub(super) struct BalanceArgs {
     #[arg(long, value_name = "LENGTH")]
     pub(super) radius: Option<String>,
     /// Point of moments, ground axes, in the scene's unit of length
-    #[arg(long, value_name = "X,Y,Z", value_delimiter = ',', num_args = 3, default_values_t = [0.0, 0.0, 0.0], allow_negative_numbers = true)]
+    #[arg(long, value_name = "X,Y,Z", value_delimiter = ',', num_args = 3, default_values_t = [0.0, 0.0, 0.0], allow_hyphen_values = true)]
     pub(super) about: Vec<f64>,
     /// Folder of the results [default: results/NAME-balance of the scene file]
     #[arg(short, long, value_name = "DIR")]

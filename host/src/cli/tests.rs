@@ -269,3 +269,10 @@ fn a_late_call_is_told_with_what_happens_next() {
     assert_eq!(run_args("run s.toml --watchdog 0.5").scene.watchdog, Some(0.5));
     assert!(Arguments::try_parse_from("odyn run s.toml --watchdog 1e99".split(' ')).is_err());
 }
+
+#[test]
+fn a_point_may_have_negative_numbers_in_any_form() {
+    let line = "balance s.toml --turn a.angle --about -8.2e-07 -1 3e-7";
+    let words = std::iter::once("odyn").chain(line.split(' '));
+    assert!(Arguments::try_parse_from(words).is_ok());
+}

@@ -315,6 +315,11 @@ fn assemble(
         });
         all.notes.extend(found.notes);
     }
+    for figure in wanted.figures.iter().map(|figure| &report.summary.figures[*figure]) {
+        if figure.value.is_none() {
+            all.notes.push(format!("`{}` has no value in this run, and so no derivative", figure.name));
+        }
+    }
     let doubtful_output =
         |one: &OutputSensitivity| !one.independent && (one.digits.is_nan() || one.digits < LEAST_DIGITS);
     let doubtful_figure =
@@ -368,6 +373,7 @@ fn of_output(
 /// Certain digits of a number of this size with this error.
 fn digits(size: f64, error: f64) -> f64 {
     match (size, error) {
+        _ if size.is_nan() => f64::NAN,
         (0.0, 0.0) => 0.0,
         (_, 0.0) => 16.0,
         _ => (-(error / size).log10()).clamp(0.0, 16.0),

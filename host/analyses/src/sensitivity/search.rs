@@ -61,6 +61,8 @@ pub(super) struct Search<'a> {
 /// What is kept of a run.
 struct Sampled {
     values: Vec<f64>,
+    /// Whether its samples are at other times.
+    elsewhere: bool,
     samples: usize,
     /// What happened to each row: samples before it, what.
     events: BTreeMap<String, Vec<(usize, &'static str)>>,
@@ -186,6 +188,7 @@ impl Search<'_> {
         open.iter()
             .map(|(number, share)| {
                 let own: Vec<Result<Sampled, SessionError>> = done.by_ref().take(count).collect();
+                self.at_these_times(&parameters[*number], &own)?;
                 let fails = |side: usize| own.iter().skip(side).step_by(2).any(Result::is_err);
                 // Places alternate: below, above.
                 let stencil = match (fails(0), fails(1)) {
@@ -198,6 +201,7 @@ impl Search<'_> {
                 } else {
                     pool::each(places(stencil, *number, *share).collect(), self.request.jobs, one)
                 };
+                self.at_these_times(&parameters[*number], &own)?;
                 let values: Vec<Sampled> = own.into_iter().collect::<Result<_, _>>()?;
                 Ok(self.round(&parameters[*number], *share, stencil, values))
             })
@@ -213,14 +217,22 @@ impl Search<'_> {
             }
             error
         })?;
-        if done.report.times != self.times {
-            let message =
-                format!("`{}` changes the times of the samples, at which derivatives are taken", parameter.key);
-            let error = Diagnostic::error(codes::BAD_OVERRIDE, message);
-            let help = "give the times of the simulation as numbers of their own";
-            return Err(SessionError::one(self.variants.document.source(), error.help(help)));
+        Ok(Sampled { elsewhere: done.report.times != self.times, ..sampled(&done, self.wanted) })
+    }
+
+    /// Runs have to have their samples at the same times, on either side: a number that moves one is not differentiated by.
+    fn at_these_times(
+        &self,
+        parameter: &Parameter,
+        runs: &[Result<Sampled, SessionError>],
+    ) -> Result<(), SessionError> {
+        if !runs.iter().flatten().any(|run| run.elsewhere) {
+            return Ok(());
         }
-        Ok(sampled(&done, self.wanted))
+        let message = format!("`{}` changes the times of the samples, at which derivatives are taken", parameter.key);
+        let error = Diagnostic::error(codes::BAD_OVERRIDE, message);
+        let help = "give the times of the simulation as numbers of their own";
+        Err(SessionError::one(self.variants.document.source(), error.help(help)))
     }
 
     /// Judges a round, column by column.
@@ -391,6 +403,7 @@ fn sampled(done: &Done, wanted: &Wanted) -> Sampled {
     }
     Sampled {
         values: sampled_values(done, wanted),
+        elsewhere: false,
         samples: report.times.len(),
         events,
         switches: report.summary.recoveries[Remedy::Event],
@@ -426,7 +439,7 @@ mod tests {
 
     fn run(events: &[(usize, &'static str)]) -> Sampled {
         let events = BTreeMap::from([("floor gap".to_owned(), events.to_vec())]);
-        Sampled { values: vec![0.0; 6], samples: 6, events, switches: 0 }
+        Sampled { values: vec![0.0; 6], elsewhere: false, samples: 6, events, switches: 0 }
     }
 
     #[test]

@@ -22,6 +22,8 @@ const MOST_ATTEMPTS: usize = 40;
 const GROWTH: f64 = 4.0;
 /// Share of the longest step that one is made to take which would be longer.
 const NEARLY: f64 = 0.9;
+/// Share of the step before that one is shorter than which gets shorter with its size.
+const SHORTER: f64 = 0.95;
 /// So many steps in turn that are about as long as they may be go where nothing holds.
 const ONWARD: usize = 50;
 /// What must be met at last, in these.
@@ -320,11 +322,9 @@ impl<'s> Search<'s> {
                 let held = self.sticking_rows(&whole);
                 let free = Freedom::of(&held, &found.scales).map_err(|error| error.to_string())?.basis;
                 let ones = DVector::from_element(free.ncols(), 1.0);
-                let freedom = Freedom::of(&(&jacobian * &free), &ones).map_err(|error| error.to_string())?;
-                free * (&freedom.lift * -values.select_rows(freedom.independent.iter()))
+                &free * Freedom::shortest(&(&jacobian * &free), &ones, &-values).map_err(|error| error.to_string())?
             } else {
-                let freedom = Freedom::of(&jacobian, &found.scales).map_err(|error| error.to_string())?;
-                &freedom.lift * -values.select_rows(freedom.independent.iter())
+                Freedom::shortest(&jacobian, &found.scales, &-values).map_err(|error| error.to_string())?
             };
             self.go(inputs, &step);
         }
@@ -391,6 +391,7 @@ impl<'s> Search<'s> {
         let stiffest = (0..q).map(|k| stiffness[(k, k)].abs() / mass[(k, k)]).fold(f64::MIN_POSITIVE, f64::max);
         size = size.min(1e14 / stiffest).min(1e100);
         let mut why = String::from("no step leads on");
+        let mut reached = f64::INFINITY;
         for _ in 0..MOST_ATTEMPTS {
             let mut system = -stiffness.clone();
             let mut inertia = system.view_mut((0, 0), (q, q));
@@ -407,8 +408,10 @@ impl<'s> Search<'s> {
             });
             let reach = (far / (LONGEST * self.length)).max(wide / WIDEST);
             if reach > 1.0 {
-                // What nothing holds moves in proportion.
-                size *= (NEARLY / reach).max(1.0 / GROWTH);
+                // What nothing holds moves in proportion. Beyond a size at which mass outweighs a stiffness that drives away, steps
+                // are as long whatever their size.
+                let share = if reach < SHORTER * reached { NEARLY / reach } else { 0.0 };
+                (size, reached) = (size * share.max(1.0 / GROWTH), reach);
                 why = format!("steps of {far:.1e} m and {wide:.1e} rad do not get shorter");
                 continue;
             }

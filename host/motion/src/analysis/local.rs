@@ -389,20 +389,33 @@ impl Expansion {
             // Moments are in body axes, too; what is left of them is zero where the motion is looked at.
             let moments = Vector3::new(self.values[at], self.values[at + 1], self.values[at + 2]);
             self.values.rows_mut(at, 3).copy_from(&(a * moments));
-            for column in 0..self.slopes.ncols() {
-                let moment = Vector3::new(
-                    self.slopes[(at, column)],
-                    self.slopes[(at + 1, column)],
-                    self.slopes[(at + 2, column)],
-                );
-                self.slopes.view_mut((at, column), (3, 1)).copy_from(&(a * moment));
-            }
             let own = self.mass.fixed_view::<3, 3>(at, at).into_owned();
             self.mass.fixed_view_mut::<3, 3>(at, at).copy_from(&(a * own * a.transpose()));
             let size = self.sizes.fixed_rows::<3>(at).norm();
             self.sizes.fixed_rows_mut::<3>(at).fill(size);
         }
+        // Moments are in body axes until here: column by column, as they lie in memory.
+        for mut column in self.slopes.column_iter_mut() {
+            for (body, a) in turns.iter().enumerate() {
+                let mut moment = column.fixed_rows_mut::<3>(6 * body + 3);
+                let turned = a * &moment;
+                moment.copy_from(&turned);
+            }
+        }
     }
+}
+
+/// The rows of a Jacobian as columns, in coordinates that are scaled by what they move, factored.
+fn factored(jacobian: &DMatrix<f64>, scales: &DVector<f64>) -> Result<PivotedQr, LinalgError> {
+    let (m, n) = jacobian.shape();
+    let entries = jacobian.iter().filter(|entry| **entry != 0.0).count();
+    let mut rows = PivotedQr::with_entries(n, m, entries, DEFAULT_RANK_TOLERANCE);
+    rows.clear();
+    for row in 0..m {
+        (0..n).for_each(|column| rows.set(column, row, jacobian[(row, column)] * scales[column]));
+    }
+    rows.factor()?;
+    Ok(rows)
 }
 
 /// What a Jacobian leaves free, in coordinates that are scaled by what they move.
@@ -426,34 +439,16 @@ impl Freedom {
     /// Numbers that are not finite.
     pub fn of(jacobian: &DMatrix<f64>, scales: &DVector<f64>) -> Result<Self, LinalgError> {
         let (m, n) = jacobian.shape();
-        let mut scaled = jacobian.clone();
-        scaled.column_iter_mut().zip(scales.iter()).for_each(|(mut column, scale)| column *= *scale);
-        let mut ranks = PivotedQr::new(n, m, DEFAULT_RANK_TOLERANCE);
-        ranks.clear();
-        for row in 0..m {
-            (0..n).for_each(|column| ranks.set(column, row, scaled[(row, column)]));
-        }
-        ranks.factor()?;
-        let mut independent = ranks.independent_columns().to_vec();
+        let mut rows = factored(jacobian, scales)?;
+        let mut independent = rows.independent_columns().to_vec();
         independent.sort_unstable();
-        let r = independent.len();
-        // Rows of unit length, so that none is lost beside others.
-        let mut tall = DMatrix::zeros(n, r);
-        let mut lengths = DVector::zeros(r);
+        let free = DMatrix::from_vec(n, n - independent.len(), rows.complement()?);
+        let mut lift = DMatrix::zeros(n, independent.len());
+        let mut unit = vec![0.0; m];
         for (k, row) in independent.iter().enumerate() {
-            lengths[k] = scaled.row(*row).norm();
-            tall.set_column(k, &(scaled.row(*row).transpose() / lengths[k]));
-        }
-        let qr = tall.qr();
-        let mut turned = DMatrix::identity(n, n);
-        qr.q_tr_mul(&mut turned);
-        let free = turned.rows(r, n - r).transpose();
-        let mut lift = DMatrix::zeros(n, r);
-        if r > 0 {
-            // Phi S x = b, x = Q R^-T b.
-            let mut right = DMatrix::from_diagonal(&lengths.map(|length| 1.0 / length));
-            qr.r().tr_solve_upper_triangular_mut(&mut right);
-            lift = turned.rows(0, r).transpose() * right;
+            unit[*row] = 1.0;
+            rows.min_norm_solve(&unit, lift.column_mut(k).as_mut_slice())?;
+            unit[*row] = 0.0;
         }
         let scale = |mut matrix: DMatrix<f64>| {
             matrix.row_iter_mut().zip(scales.iter()).for_each(|(mut row, scale)| row *= *scale);
@@ -462,6 +457,20 @@ impl Freedom {
         let mut components = free.transpose();
         components.column_iter_mut().zip(scales.iter()).for_each(|(mut column, scale)| column /= *scale);
         Ok(Self { basis: scale(free), components, independent, lift: scale(lift) })
+    }
+
+    /// The shortest motion, in those coordinates, that gives the independent rows of a Jacobian these values: `lift` times them.
+    ///
+    /// # Errors
+    /// Numbers that are not finite.
+    pub fn shortest(
+        jacobian: &DMatrix<f64>,
+        scales: &DVector<f64>,
+        values: &DVector<f64>,
+    ) -> Result<DVector<f64>, LinalgError> {
+        let mut motion = DVector::zeros(jacobian.ncols());
+        factored(jacobian, scales)?.min_norm_solve(values.as_slice(), motion.as_mut_slice())?;
+        Ok(motion.component_mul(scales))
     }
 
     /// The motions by which the first rows follow changes of their values, column by column; the rows behind stay met.

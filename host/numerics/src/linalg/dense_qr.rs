@@ -43,19 +43,6 @@ pub struct DenseQr {
     room: Vec<f64>,
 }
 
-/// Cost of a dense factorisation, columns times squared rows, from which on, and entries, as a share of all, up to which what is
-/// zero is not stored.
-const HEAVY: f64 = 5e6;
-const FEW_ENTRIES: f64 = 0.1;
-
-/// A factorisation for a matrix of the size of `J^T` with so many entries.
-fn storage(structure: &KktStructure, entries: usize, tolerance: f64) -> PivotedQr {
-    let (n, m) = (structure.n, structure.m);
-    let whole = n as f64 * m as f64;
-    let is_sparse = whole * m as f64 >= HEAVY && entries as f64 <= FEW_ENTRIES * whole;
-    if is_sparse { PivotedQr::sparse(n, m, tolerance) } else { PivotedQr::new(n, m, tolerance) }
-}
-
 /// Where ranks are decided without the mass.
 #[derive(Debug, Clone)]
 struct Measure {
@@ -85,7 +72,7 @@ impl DenseQr {
         let entries = touched.iter().map(|(_, block)| mass.unknowns(*block).len()).sum();
         Ok(Self {
             mass,
-            qr: storage(structure, entries, tolerance),
+            qr: PivotedQr::with_entries(structure.n, structure.m, entries, tolerance),
             tolerance,
             measure: None,
             values: (vec![0.0; structure.mass.len()], vec![0.0; structure.jacobian.len()]),
@@ -106,7 +93,8 @@ impl DenseQr {
     /// A slice of the wrong length.
     pub fn set_measure(&mut self, scales: &[f64]) -> Result<(), LinalgError> {
         check_length("scales", self.structure.n, scales.len())?;
-        let qr = storage(&self.structure, self.structure.jacobian.len(), self.tolerance);
+        let (structure, tolerance) = (&self.structure, self.tolerance);
+        let qr = PivotedQr::with_entries(structure.n, structure.m, structure.jacobian.len(), tolerance);
         self.measure = Some(Measure { scales: scales.to_vec(), qr });
         self.qr.set_tolerance(0.0);
         Ok(())

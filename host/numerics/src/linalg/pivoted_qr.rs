@@ -12,6 +12,11 @@ use stored::Stored;
 /// consists of round-off, and scaling it to unit length would invent a direction.
 const NEGLIGIBLE_COLUMN: f64 = 1e-14;
 
+/// Cost of a dense factorisation, rows times squared columns, from which on, and entries, as a share of all, up to which what is
+/// zero is not stored.
+const HEAVY: f64 = 5e6;
+const FEW_ENTRIES: f64 = 0.1;
+
 /// `S A D P = Q R` of a matrix `A` (`rows x columns`).
 ///
 /// `D` scales every column to unit length, `P` puts the column with the largest remainder
@@ -70,6 +75,13 @@ impl PivotedQr {
     /// As [`PivotedQr::new`], for matrices with few entries: what a factorisation costs goes with the entries of `R`.
     pub fn sparse(rows: usize, columns: usize, tolerance: f64) -> Self {
         Self::stored(rows, columns, tolerance, Stored::sparse(rows, columns))
+    }
+
+    /// Whichever of the two costs less for matrices with so many entries.
+    pub fn with_entries(rows: usize, columns: usize, entries: usize, tolerance: f64) -> Self {
+        let whole = rows as f64 * columns as f64;
+        let is_sparse = whole * columns as f64 >= HEAVY && entries as f64 <= FEW_ENTRIES * whole;
+        if is_sparse { Self::sparse(rows, columns, tolerance) } else { Self::new(rows, columns, tolerance) }
     }
 
     fn stored(rows: usize, columns: usize, tolerance: f64, stored: Stored) -> Self {
@@ -276,6 +288,21 @@ impl PivotedQr {
                 vector[column] = -value * self.scale[column] / self.scale[dependent];
             }
             vector[dependent] = 1.0;
+        }
+        Ok(basis)
+    }
+
+    /// Orthonormal basis of `A^T x = 0`: `rows x (rows - rank)`, column-major. `[report]`, allocates.
+    ///
+    /// # Errors
+    /// [`LinalgError::NotFactored`].
+    pub fn complement(&mut self) -> Result<Vec<f64>, LinalgError> {
+        self.check_factored()?;
+        let mut basis = vec![0.0; self.rows * (self.rows - self.rank)];
+        for k in self.rank..self.rows {
+            let at = (k - self.rank) * self.rows;
+            basis[at + k] = 1.0;
+            self.apply_q(&mut basis[at..at + self.rows]);
         }
         Ok(basis)
     }

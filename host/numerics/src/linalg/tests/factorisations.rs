@@ -126,6 +126,24 @@ fn sparse_storage_finds_the_pivots_and_factors_of_dense_storage() {
 }
 
 #[test]
+fn the_complement_is_orthonormal_and_orthogonal_to_all_columns() {
+    let mut random = Random(91);
+    let mut matrix = chain_of_loops(20, &mut random);
+    // One column follows from two others.
+    let sum = matrix.column(3) + 2.0 * matrix.column(4);
+    matrix.set_column(7, &sum);
+    for stored in STORED {
+        let mut qr = factored_by(stored, &matrix);
+        assert!(qr.rank() < matrix.ncols());
+        let basis = DMatrix::from_vec(matrix.nrows(), matrix.nrows() - qr.rank(), qr.complement().unwrap());
+        let gram = basis.transpose() * &basis - DMatrix::identity(basis.ncols(), basis.ncols());
+        assert!(gram.amax() < 1e-13, "{:e}", gram.amax());
+        let along = matrix.transpose() * &basis;
+        assert!(along.amax() < 1e-13 * matrix.amax(), "{:e}", along.amax());
+    }
+}
+
+#[test]
 fn down_dated_lengths_survive_cancellation() {
     // Columns that agree to 1e-7 lose half their digits in the first step; the pivots must
     // still be the largest true remainders (Drmac & Bujanovic's failure of older codes).
