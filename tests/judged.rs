@@ -290,3 +290,99 @@ params = { angle = "3 * sin(3 * t)", step = 0.03, period = 0.02, frequency = 190
         assert!(off < 2e-8, "{method}: {off:.1e}");
     }
 }
+
+/// A carriage that a driver moves, with a pendulum on it.
+fn driven_carriage(displacement: &str, sets: &[&str]) -> RunReport {
+    let text = format!(
+        r#"
+[plugins]
+libraries = ["joints"]
+[simulation]
+gravity = [0, 0, -9.81]
+t_end = 1
+output_step = 0.05
+[[body]]
+name = "carriage"
+mass = 1.0
+inertia = [0.1, 0.1, 0.1]
+velocity = ["free", 0, 0]
+[[body]]
+name = "bob"
+mass = 1.0
+inertia = [0.1, 0.1, 0.1]
+position = [0, 0, -1]
+velocity = ["free", 0, 0]
+[[joint]]
+name = "rail"
+type = "translational"
+bodies = ["ground", "carriage"]
+point = [0, 0, 0]
+axis = [1, 0, 0]
+[[joint]]
+name = "hinge"
+type = "revolute"
+bodies = ["carriage", "bob"]
+point = [0, 0, 0]
+axis = [0, 1, 0]
+[[joint]]
+name = "drive"
+type = "displacement-driver"
+bodies = ["ground", "carriage"]
+point = [0, 0, 0]
+axis = [1, 0, 0]
+params.displacement = "{displacement}"
+"#
+    );
+    run(&text, sets)
+}
+
+/// The velocity of a driver that turns back at once is that before with another sign: the balance of energies holds across it.
+#[test]
+fn a_driver_with_a_kink_is_named() {
+    for sets in [
+        &["simulation.formulation=joint"][..],
+        &["simulation.formulation=cartesian"],
+        &["simulation.formulation=joint", "simulation.method=radau5"],
+        &["simulation.tolerance=1e-6"],
+    ] {
+        for displacement in ["0.2 * abs(t - 0.5) - 0.1", "0.2 * min(t, 0.5)"] {
+            let summary = driven_carriage(displacement, sets).summary;
+            let seen = (summary.status, summary.code);
+            assert_eq!(seen, (Status::Suspect, Some(codes::AUDIT_CONSTRAINTS)), "{sets:?}: {}", summary.reason);
+            assert!(summary.reason.contains("in drive: ") && summary.reason.contains("(t = 0.5"), "{}", summary.reason);
+            assert!(summary.reason.contains("it has a kink there"), "{}", summary.reason);
+        }
+        let smooth = driven_carriage("0.2 * sqrt((t - 0.5)^2 + 0.0001) - 0.1", sets).summary;
+        assert_eq!(smooth.status, Status::Completed, "{sets:?}: {}", smooth.reason);
+    }
+}
+
+/// A weight that is drawn through the sheave from which it hangs: the strand's length is a root there, with a kink.
+#[test]
+fn a_strand_whose_points_meet_is_named() {
+    let mut text = String::from(
+        "[plugins]\nlibraries = [\"joints\"]\n[simulation]\ngravity = [0, 0, -9.81]\nt_end = 1\noutput_step = 0.01\n[[joint]]\n\
+         name = \"rope\"\ntype = \"rope\"\nbodies = [\"light\", \"ground\", \"ground\", \"heavy\"]\n\
+         points = [[0, 0, -1], [0, 0, 0], [1, 0, 0], [1, 0, -1]]\nparams.length = 3\n",
+    );
+    for (name, mass, x) in [("light", 1.0, 0.0), ("heavy", 3.0, 1.0)] {
+        text += &format!(
+            "[[body]]\nname = \"{name}\"\nmass = {mass:?}\ninertia = [1, 1, 1]\nposition = [{x:?}, 0, -1]\n[[joint]]\n\
+             name = \"guide_{name}\"\ntype = \"translational\"\nbodies = [\"ground\", \"{name}\"]\npoint = [{x:?}, 0, -1]\n\
+             axis = [0, 0, 1]\n"
+        );
+    }
+    // It arrives there after sqrt(2 h / a), with a of half of gravity.
+    let arrives = (2.0 / (0.5 * 9.81_f64)).sqrt();
+    let before = run(&text, &["simulation.t_end=0.63"]).summary;
+    assert_eq!(before.status, Status::Completed, "{}", before.reason);
+    // It goes to and fro there, until there is no step left.
+    let through = run(&text, &["simulation.max_steps=300"]).summary;
+    assert_eq!(through.status, Status::StoppedEarly, "{}", through.reason);
+    assert!(
+        through.reason.contains("in rope: ") && through.reason.contains("it has a kink there"),
+        "{}",
+        through.reason
+    );
+    assert!((through.audit.velocity_violation_at - arrives).abs() < 1e-4, "{:?}", through.audit);
+}

@@ -75,6 +75,8 @@
 use element_api::Jet;
 use element_api::prelude::*;
 
+use crate::profile::unlike_a_turn_later;
+
 /// The joint.
 #[derive(Debug, Clone)]
 pub struct Cam(CamParameters);
@@ -107,9 +109,9 @@ impl Element for Cam {
         }
         let slope = |angle: f64| p.radius.at(Jet::new(angle, 1.0, 0.0)).first;
         let (start, end) = (-std::f64::consts::PI, std::f64::consts::PI);
-        if (at(-180) - at(180)).abs().max((slope(start) - slope(end)).abs()) > 1e-6 * at(180) {
-            let message = "must repeat after a turn: give points over one turn with `periodic = true`";
-            return Err(ParamError::new("radius", message));
+        let jumps = (at(-180) - at(180)).abs() > 1e-6 * at(180);
+        if jumps || (slope(start) - slope(end)).abs() > 1e-6 * at(180) {
+            return Err(ParamError::new("radius", unlike_a_turn_later(180, jumps)));
         }
         Ok(Self(p))
     }

@@ -74,3 +74,14 @@ impl Profile {
         bends.fold((from, f64::INFINITY), |least, one| if one.1 < least.1 { one } else { least })
     }
 }
+
+/// What is wrong with a profile that is not the same a turn later; else, where it is, its slope is not.
+pub fn unlike_a_turn_later(degree: i32, jumps: bool) -> String {
+    match jumps {
+        true => "must repeat after a turn: give points over one turn with `periodic = true`".into(),
+        false => format!(
+            "has a kink at {degree} deg, where its slope is not what it is a turn later: round it off, or give points over one turn with \
+             `periodic = true`"
+        ),
+    }
+}

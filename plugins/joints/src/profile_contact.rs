@@ -95,7 +95,7 @@
 use element_api::Jet;
 use element_api::prelude::*;
 
-use crate::profile::Profile;
+use crate::profile::{Profile, unlike_a_turn_later};
 
 /// The joint.
 #[derive(Debug, Clone)]
@@ -153,15 +153,14 @@ impl Element for ProfileContact {
         if let Some(degree) = (0..360).find(|degree| !(at(*degree).value > 0.0 && at(*degree).value.is_finite())) {
             return refused("radius", format!("must be above zero, at {degree} deg it is {}", at(degree).value));
         }
-        let unlike = |degree: i32| {
-            let (one, other) = (at(degree), at(degree + 360));
+        let turned = |degree: i32| [at(degree), at(degree + 360)];
+        let unlike = |degree: &i32| {
+            let [one, other] = turned(*degree);
             (one.value - other.value).abs().max((one.first - other.first).abs()) > 1e-6 * one.value
         };
-        if (-180..180).any(unlike) {
-            return refused(
-                "radius",
-                "must repeat after a turn: give points over one turn with `periodic = true`".into(),
-            );
+        if let Some(degree) = (-180..180).find(unlike) {
+            let [one, other] = turned(degree);
+            return refused("radius", unlike_a_turn_later(degree, (one.value - other.value).abs() > 1e-6 * one.value));
         }
         let roller = match (p.follower.as_str(), p.roller_radius) {
             ("flat", None) => None,

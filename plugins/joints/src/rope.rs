@@ -2,7 +2,8 @@
 //!
 //! The rope begins at the first frame's origin and ends at the last one's; in between it runs freely, without friction, through the
 //! others' (eyes, or pulleys whose radius and inertia do not count). So it has the same tension everywhere. A body may have several
-//! of the points.
+//! of the points. Rope that winds on a drum comes and goes: let it end on a small slide, which a `rack-and-pinion` couples to the drum
+//! (or a `displacement-driver` moves), and let the slide be further from the next point than there is rope to be wound.
 //!
 //! ## Equations
 //!
@@ -23,8 +24,8 @@
 //!
 //! ## Singular cases
 //!
-//! A strand has no direction where its two points coincide. Points of one body that follow each other make a strand of constant
-//! length.
+//! A strand has no direction where its two points coincide: a load that is drawn up to its pulley needs a stop before it. Points of
+//! one body that follow each other make a strand of constant length.
 //!
 //! ## Example
 //!

@@ -2,6 +2,7 @@
 
 use super::opened::Session;
 use super::options::DEFAULT_METHOD;
+use super::prepared::JUMP;
 use super::samplings::Samplings;
 use crate::diagnostics::{Code, codes};
 use crate::model::{Axes, MAGNITUDE, Quantity};
@@ -223,6 +224,13 @@ impl Session {
         format!("{what} {found} {of}{blamed} (t = {at} {}), more than {limit}", units.label(Dimension::TIME))
     }
 
+    /// Where velocities were turned at a kink of a row, with the advice; `None` where they were not.
+    pub(super) fn turned(&self, audit: &Audit) -> Option<String> {
+        let beyond = audit.beyond(&AuditLimits::all(JUMP));
+        let excess = beyond.iter().find(|excess| excess.measure == Measure::Velocity && !self.has_fixed_steps())?;
+        Some(format!("{}; {}", self.finding(excess, self.blamed(excess.measure, audit)), self.advice(excess)))
+    }
+
     /// What a user may try.
     fn advice(&self, excess: &Excess) -> String {
         if excess.measure == Measure::Loads {
@@ -230,8 +238,21 @@ impl Session {
                     examine masses and lengths that differ by many decades"
                 .into();
         }
+        if excess.measure == Measure::Velocity && excess.found > JUMP && !self.has_fixed_steps() {
+            return "it has a kink there: a function or a curve with a corner (`min`, `max`, `abs`), or points that it measures between and \
+                    that meet. Velocities are turned at once, without the impact that this would be; round the corner off \
+                    (`servo-rotation` and `servo-displacement` do that), or keep the points apart"
+                .into();
+        }
         let energy = matches!(excess.measure, Measure::Energy | Measure::SampleEnergy);
-        let also = if energy { "; if nothing changes it, examine the elements (`odyn plugin check`)" } else { "" };
+        let also = match energy {
+            true if self.determined => {
+                "; if nothing changes it, look for a kink in what drives the motion (`min`, `max`, `abs`, a table's last point), at which \
+                 velocities are turned without the impact that this would be, and examine the elements (`odyn plugin check`)"
+            }
+            true => "; if nothing changes it, examine the elements (`odyn plugin check`)",
+            false => "",
+        };
         if self.has_fixed_steps() {
             return format!("try smaller steps (`fixed_step`) or a method that chooses them (`--method dop853`){also}");
         }

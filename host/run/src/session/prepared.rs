@@ -16,8 +16,8 @@ use crate::integrate::{Integrator, Kinematic, Options};
 use crate::results::AuditLimits;
 
 /// Positions that are off by this share of the scene's size behind a step with error control are no error of the step, but rows that
-/// jump; or by so many tolerances, where that is more.
-const JUMP: f64 = 1e-4;
+/// jump, and velocities those of rows with a kink; or by so many tolerances, where that is more.
+pub(super) const JUMP: f64 = 1e-4;
 const JUMP_OVER_TOLERANCE: f64 = 1e4;
 
 /// What a run is made with.

@@ -192,6 +192,10 @@ pub(super) struct Simulation<'a> {
     samples_in_all: usize,
     rows_taken: Rows<'a>,
     row_right: Vec<f64>,
+    /// The end of a step before it was brought to the constraints.
+    before: Vec<f64>,
+    /// What violated its rate there, see [`Simulation::project_end`].
+    kink: Option<(f64, Option<usize>)>,
     /// Room for the velocities of all bodies.
     velocities: Vec<f64>,
     tier: Tier,
@@ -248,6 +252,7 @@ impl<'a> Simulation<'a> {
             energy: energy_of(formulation.as_ref(), equations, &heat, layout),
             view: own_view(formulation.as_ref(), equations, &heat),
             turned: 0.0,
+            before: Vec::with_capacity(formulation.groups().len()),
             heat,
             switches: None,
             touch: Touch::new(equations, model, layout, formulation.as_ref(), assembly.scales.length)?,
@@ -298,6 +303,7 @@ impl<'a> Simulation<'a> {
             samples_in_all: 0,
             rows_taken,
             row_right: vec![0.0; rows_in_force],
+            kink: None,
             velocities: Vec::with_capacity(layout.velocities()),
             tier: Tier::fixed(),
             last_steps: [0.0; 2],
@@ -425,7 +431,8 @@ impl<'a> Simulation<'a> {
         self.energy_limit = limit;
     }
 
-    /// Takes positions that are off by more than this share of the scene's size for rows that jump, not for errors of steps.
+    /// Takes positions that are off by more than this share of the scene's size for rows that jump, not for errors of steps, and
+    /// velocities that are off by more than this share of theirs for rows with a kink.
     pub(super) fn bound_corrections(&mut self, share: f64) {
         self.most_off = share;
         self.formulation.bound_corrections(share);

@@ -53,7 +53,12 @@ impl Session {
         taken.into_iter().for_each(|(remedy, count)| summary.recoveries[remedy] = count);
         // Before the outcome is reported, which has no more to say than that something is none.
         let culprit = || ended.not_finite.iter().find_map(|inputs| self.culprit(inputs));
-        summary.reason = ended.cause.clone().or_else(culprit).unwrap_or_default();
+        let stopped = match ended.outcome.as_ref().map(|outcome| &outcome.status) {
+            Ok(integrate::Status::StoppedEarly { reason, .. }) => !matches!(reason, StopReason::Requested),
+            Ok(integrate::Status::Completed) | Err(_) => false,
+        };
+        let turned = || self.turned(&ended.audit).filter(|_| stopped);
+        summary.reason = ended.cause.clone().or_else(culprit).or_else(turned).unwrap_or_default();
         note_machine_code(summary, &ended.made, self.scene.units.factor(Dimension::TIME));
     }
 

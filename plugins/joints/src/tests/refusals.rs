@@ -66,6 +66,9 @@ fn profiles_must_let_a_follower_touch_them_in_one_place() {
     assert_refused::<ProfileContact>(&with(1.5, "roller_radius = 0.1"), "radius", "above zero, at ");
     let open = "radius = { postfix = [1, 0.1, 'x', 'mul', 'add'] }\nroller_radius = 0.1";
     assert_refused::<ProfileContact>(open, "radius", "must repeat after a turn");
+    // Closed, with a corner where the cosine changes its sign.
+    let kinked = "radius = { postfix = [1, 0.1, 0, 'x', 'cos', 'max', 'mul', 'add'] }\nroller_radius = 0.1";
+    assert_refused::<ProfileContact>(kinked, "radius", "has a kink at -90 deg");
     let rail = |more: &str| format!("height = {{ postfix = ['x', 'x', 'mul'] }}\nfrom = -1.0\nto = 1.0\n{more}");
     assert!(Probe::joint::<RailContact>(&rail("wheel_radius = 0.49")).is_ok());
     assert_refused::<RailContact>(
@@ -82,9 +85,8 @@ fn cam_must_be_closed_and_around_its_pole() {
     // 1 + 0.1 phi has a step at half a turn, 1 + 0.1 phi^2 a kink.
     let step = "radius = { postfix = [1, 0.1, 'x', 'mul', 'add'] }";
     let kink = "radius = { postfix = [1, 0.1, 'x', 2, 'pow', 'mul', 'add'] }";
-    for params in [step, kink] {
-        assert_refused::<Cam>(params, "radius", "must repeat after a turn");
-    }
+    assert_refused::<Cam>(step, "radius", "must repeat after a turn");
+    assert_refused::<Cam>(kink, "radius", "has a kink at 180 deg");
 }
 
 #[test]

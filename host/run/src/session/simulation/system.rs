@@ -34,12 +34,17 @@ const WORK: f64 = 1e-7;
 const WORK_OVER_TOLERANCE: f64 = 1e3;
 
 impl Simulation<'_> {
+    /// The sizes of speeds (m/s) and angular velocities (rad/s) that errors of steps are judged by.
+    pub(super) fn speeds(&self) -> [f64; 2] {
+        let [slow, calm] = self.floor.of_speeds().map(|least| least / self.allowed());
+        [self.scales.speed_scale().max(slow), self.scales.spin_scale().max(calm)]
+    }
+
     /// The largest entry of a difference of states, as a share of the size of its group; for the state of an element of its own
     /// size, which counts as no less than has the tolerance at its round-off ([`super::floor`]).
     fn largest_share(&mut self, y0: &[f64], y1: &[f64], error: &[f64]) -> f64 {
         let length = self.scales.length;
-        let [slow, calm] = self.floor.of_speeds().map(|least| least / self.allowed());
-        let (speed, spin) = (self.scales.speed_scale().max(slow), self.scales.spin_scale().max(calm));
+        let [speed, spin] = self.speeds();
         let states_at = y0.len() - self.state_sizes.len() - 1;
         let mut worst = self.sizes.largest_share([length, speed, spin], &error[..states_at]);
         for k in 0..self.state_sizes.len() {
@@ -148,7 +153,7 @@ impl System for Simulation<'_> {
     }
 
     fn project(&mut self, t: f64, y: &mut [f64]) -> Result<(), Failure> {
-        self.formulation.project(t, y).map_err(failure)?;
+        self.project_end(t, y).map_err(failure)?;
         self.settle_after_step(t, y).map_err(failure)?;
         if self.formulation.leaves_rows_out() {
             self.check_rows_left_out(t, y).map_err(failure)?;

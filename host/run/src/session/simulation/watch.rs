@@ -1,7 +1,7 @@
 //! What is looked at in accepted states: energies, violations, memory that changes between steps.
 
 use super::{Heat, Margins, Part, Simulation};
-use crate::analysis::{AnalysisError, CONTRADICTION};
+use crate::analysis::{AnalysisError, CONTRADICTION, Group};
 use crate::integrate::Accepted;
 use crate::plan::Layout;
 use crate::program::{Equations, Node, Used};
@@ -55,6 +55,9 @@ impl Simulation<'_> {
     /// See [`AnalysisError`].
     pub(in crate::session) fn watch(&mut self, t: f64, state: &[f64]) -> Result<(), AnalysisError> {
         let rows_are_due = self.watched.is_multiple_of(self.period);
+        if let Some(rate) = self.kink.take() {
+            self.audit.violation(t, (0.0, None), rate);
+        }
         if self.view.is_some() {
             self.watch_motion(t, state, &[])?;
         }
@@ -234,8 +237,55 @@ impl Simulation<'_> {
         Err(AnalysisError::Contradiction { what: off.join(", "), violation: worst / length })
     }
 
+    /// Brings the end of a step to the constraints. Velocities that were off by more than a step with error control leaves are not its
+    /// error but a kink of a row, at which they are turned without the impact that this would be: a violation of its rate.
+    pub(super) fn project_end(&mut self, t: f64, y: &mut [f64]) -> Result<(), AnalysisError> {
+        self.before.clear();
+        self.before.extend_from_slice(y);
+        self.kink = None;
+        let passed = self.formulation.counters().interpolated;
+        self.formulation.project(t, y)?;
+        // What is interpolated past a singular position changes with the way there.
+        if self.most_off.is_finite() && self.formulation.counters().interpolated == passed {
+            let before = std::mem::take(&mut self.before);
+            self.kink = self.turned_by(t, &before, y)?;
+            self.before = before;
+        }
+        Ok(())
+    }
+
+    /// By how much of the speeds in the scene velocities differ from those of `before`, if that is too much, and the row that they
+    /// violated most.
+    fn turned_by(&mut self, t: f64, before: &[f64], y: &[f64]) -> Result<Option<(f64, Option<usize>)>, AnalysisError> {
+        let [speed, spin] = self.speeds();
+        let size = |group: &Group| match group {
+            Group::Velocity => Some(speed),
+            Group::AngularVelocity => Some(spin),
+            Group::Position | Group::Parameter | Group::State | Group::Work => None,
+        };
+        let entries = || self.formulation.groups().iter().zip(before.iter().zip(y));
+        let shares = entries().filter_map(|(group, (was, is))| Some((is - was).abs() / size(group)?));
+        let share = shares.fold(0.0, f64::max);
+        if share <= self.most_off {
+            return Ok(None);
+        }
+        let off: Vec<f64> =
+            entries().map(|(group, (was, is))| if size(group).is_some() { *was } else { *is }).collect();
+        let inputs = self.formulation.observe(t, &off, false)?.inputs.to_vec();
+        let [_, (_, row)] = self.look_at_rows(&inputs)?;
+        Ok(Some((share, row)))
+    }
+
     /// Violations of all rows.
     fn watch_rows(&mut self, inputs: &[f64]) -> Result<(), AnalysisError> {
+        let [(position, row), (velocity, rate)] = self.look_at_rows(inputs)?;
+        let (length, speed) = (self.scales.length, self.scales.speed_scale());
+        self.audit.violation(inputs[Layout::TIME], (position / length, row), (velocity / speed, rate));
+        Ok(())
+    }
+
+    /// The worst value of a row, and the worst rate, each with its row.
+    fn look_at_rows(&mut self, inputs: &[f64]) -> Result<[(f64, Option<usize>); 2], AnalysisError> {
         self.rows.evaluate(inputs, self.formulation.sets())?;
         self.row_right.copy_from_slice(self.rows.rates_in_time());
         let mut velocities = std::mem::take(&mut self.velocities);
@@ -244,11 +294,7 @@ impl Simulation<'_> {
         for ((row, column), value) in self.rows.structure.jacobian.iter().zip(self.rows.jacobian()) {
             self.row_right[*row] += value * self.velocities[*column];
         }
-        let found = self.rows.worst_of([self.rows.values(), &self.row_right], self.scales.length);
-        let [(position, row), (velocity, rate)] = found;
-        let (length, speed) = (self.scales.length, self.scales.speed_scale());
-        self.audit.violation(inputs[Layout::TIME], (position / length, row), (velocity / speed, rate));
-        Ok(())
+        Ok(self.rows.worst_of([self.rows.values(), &self.row_right], self.scales.length))
     }
 
     /// What elements sample at the start of a run.
