@@ -141,6 +141,20 @@ fn mistakes_have_place_and_code() {
 }
 
 #[test]
+fn nobody_has_to_read_what_is_said() {
+    let scratch = Scratch::new("unread");
+    scratch.file("typo.toml", &BRICK.replace("mass = 1", "mas = 1"));
+    for (line, code) in [("run typo.toml", 3), ("run brick.toml --verbose", 0)] {
+        // As behind `2>&1 | head`.
+        let (reader, writer) = std::io::pipe().unwrap();
+        drop(reader);
+        let (out, err) = (writer.try_clone().unwrap(), writer);
+        let ended = scratch.command(line).stdout(out).stderr(err).status().unwrap();
+        assert_eq!(ended.code(), Some(code), "{line}");
+    }
+}
+
+#[test]
 fn a_missing_library_has_its_code() {
     let scratch = Scratch::new("library");
     scratch.file("needs.toml", &format!("plugins.libraries = [\"no-such-library\"]\n{BRICK}"));

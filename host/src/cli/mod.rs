@@ -32,6 +32,22 @@
 //! | `failure.rs` | why a command failed |
 //! | `terminal.rs` | colours, messages, the progress bar |
 
+/// Writes to standard error. Where nobody reads it any more (`2>&1 | head`), that is no failure of the command.
+macro_rules! eprint {
+    ($($words:tt)*) => {{
+        use std::io::Write as _;
+        let _ = write!(std::io::stderr(), $($words)*);
+    }};
+}
+
+/// The same with the end of a line.
+macro_rules! eprintln {
+    ($($words:tt)*) => {{
+        use std::io::Write as _;
+        let _ = writeln!(std::io::stderr(), $($words)*);
+    }};
+}
+
 mod analyses;
 mod analyses_args;
 mod args;
