@@ -129,7 +129,10 @@ impl Own {
             }
             let most = sizes.iter().zip(&units).fold(0.0_f64, |most, (size, unit)| most.max(size / unit));
             for (size, unit) in sizes.iter_mut().zip(&units) {
-                *size = size.max(LEAST_SIZE * most * unit);
+                let least = LEAST_SIZE * most * unit;
+                if least.is_finite() {
+                    *size = size.max(least);
+                }
             }
             let share = |step: &[f64], y: &[f64]| {
                 let sizes = y.iter().map(|y| y.abs().max(f64::MIN_POSITIVE));
