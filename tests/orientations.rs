@@ -1,5 +1,7 @@
 //! Euler parameters as signals: what small turns do to them is part of every derivative. A wheel that a torque -g e3 drives back,
-//! e3 = sin(phi / 2): I phi'' = -g sin(phi / 2).
+//! e3 = sin(phi / 2): I phi'' = -g sin(phi / 2). And angles that begin at half a turn.
+
+use std::f64::consts::PI;
 
 use odyn::analyses::inverse::inverse;
 use odyn::analyses::kinematics::{Drive, kinematics};
@@ -104,5 +106,34 @@ fn they_can_be_prescribed() {
     for (k, t) in times.iter().enumerate() {
         let torque = found.efforts[0][k];
         assert!((torque - 0.6 * INERTIA).abs() < 1e-11, "{torque} at {t}");
+    }
+}
+
+/// A hinge whose frames are opposite, with a spring that is relaxed there: round-off has it begin at pi or at -pi, by its orientation,
+/// and in coordinates of bodies or of the joint.
+#[test]
+fn half_a_turn_at_the_start_is_positive() {
+    for step in 0..24 {
+        let (a, b) = (0.37 * f64::from(step), 1.91 * f64::from(step));
+        let axis = [a.sin() * b.cos(), a.sin() * b.sin(), a.cos()];
+        let across = [a.cos() * b.cos(), a.cos() * b.sin(), -a.sin()];
+        let frames = format!(
+            "bodies = [\"ground\", \"wheel\"]\npoints = [[0, 0, 0], [0, 0, 0]]\naxes = [{axis:?}, {axis:?}]\n\
+             x_axes = [{:?}, {across:?}]\n",
+            across.map(|x| -x)
+        );
+        let text = format!(
+            "[plugins]\nlibraries = [\"joints\", \"forces\"]\n[simulation]\nt_end = 1\noutput_step = 0.5\n[[body]]\nname = \"wheel\"\n\
+             mass = 1\ninertia = [1, 2, 2.5]\norientation = {{ axis = [1, {b}, {a}], angle = {a} }}\n[[joint]]\nname = \"hinge\"\n\
+             type = \"revolute\"\n{frames}[[force]]\nname = \"spring\"\ntype = \"rotational-spring-damper\"\n{frames}\
+             params.stiffness = 5\nparams.free_angle = \"180 deg\"\n[[output]]\nname = \"angle\"\nquantity = \"coordinate\"\n\
+             of = \"hinge\"\n[[output]]\nname = \"torque\"\nquantity = \"value\"\nof = \"spring\"\nchannel = \"torque\"\n"
+        );
+        for formulation in ["cartesian", "joint"] {
+            let set = format!("simulation.formulation=\"{formulation}\"");
+            let run = open_text(&text, &[&set]).run(None, Box::new(|_| ()), &Default::default()).unwrap();
+            assert!(run.columns[0].iter().all(|angle| (angle - PI).abs() < 1e-12), "{step}: {:?}", run.columns[0]);
+            assert!(run.columns[1].iter().all(|torque| torque.abs() < 1e-11), "{step}: {:?}", run.columns[1]);
+        }
     }
 }

@@ -386,6 +386,29 @@ component = "x"
     }
 }
 
+/// A mass that falls from rest on two pipes, whose resistance is that of one of r = 1 / (1 / r_1 + 1 / r_2): its speed is
+/// w (1 - exp(-g t / w)), w = m g / (r A^2). Whatever the pipes: the pressure is zero at the start, and has no size of its own there.
+#[test]
+fn pipes_alone_share_the_flow_from_rest_on() {
+    let area = 1e-2;
+    for step in 0..40 {
+        let (first, second) = (1e3 * 1.37_f64.powi(step % 9), 1e4 * 0.81_f64.powi(step));
+        let limit = 9.81 * (first.recip() + second.recip()) / (area * area);
+        let text = format!(
+            "[plugins]\nlibraries = [\"odyn-joints\", \"odyn-forces\"]\n[simulation]\ngravity = [9.81, 0, 0]\nt_end = 0.3\n\
+             output_step = 0.1\n[[body]]\nname = \"body\"\nmass = 1\ninertia = [1, 1, 1]\nposition = [0.5, 0, 0]\n[[force]]\n\
+             name = \"damper\"\ntype = \"hydraulic-damper\"\nbodies = [\"ground\", \"body\"]\npoints = [[0, 0, 0], [0.5, 0, 0]]\n\
+             params.area = {area}\nparams.laminar_1 = {first}\nparams.laminar_2 = {second}\n[[output]]\nname = \"v\"\n\
+             quantity = \"velocity\"\nof = \"body\"\ncomponent = \"x\"\n"
+        );
+        let run = try_run(&text, &[]).unwrap_or_else(|error| panic!("{first}, {second}: {error}"));
+        for (t, v) in run.times.iter().zip(&run.columns[0]) {
+            let expected = -limit * (-9.81 * t / limit).exp_m1();
+            assert!((v - expected).abs() < 1e-8 * expected.max(1.0), "{first}, {second}: {v} is not {expected} at {t}");
+        }
+    }
+}
+
 /// A mass that passes the anchor of what acts along the line between them.
 #[test]
 fn points_that_meet_are_named_where_a_run_ends() {

@@ -209,14 +209,16 @@ fn follow(mechanism: &mut Mechanism, options: &Options) {
     }
 }
 
-/// A scene says where bodies are, not how often they have turned: hinges that begin further than half a turn from zero are counted from
-/// as many turns later.
+/// How near to half a turn an angle counts as positive, rad, as where a run starts.
+const HALF_TURN: f64 = 1e-6;
+
+/// A scene says where bodies are, not how often they have turned: hinges that begin further than half a turn from zero, or half a
+/// turn below it, are counted from as many turns later.
 fn count_from_the_first_turn(mechanism: &mut Mechanism) {
     let turn = 2.0 * std::f64::consts::PI;
     let mut shifts = BTreeMap::new();
     for joint in mechanism.joints_mut().filter(|joint| joint.kind == Kind::Hinge) {
-        // Half a turn itself is as near as it can be.
-        let shift = turn * (joint.value / turn * (1.0 - 1e-12)).round();
+        let shift = turn * ((joint.value - HALF_TURN) / turn - 0.5).ceil();
         if shift != 0.0 {
             for angle in [&mut joint.value, &mut joint.reference, &mut joint.relaxed] {
                 *angle -= shift;

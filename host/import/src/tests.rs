@@ -269,7 +269,7 @@ fn small_parts_keep_what_they_have() {
     assert!(imported.left_out.iter().any(|what| what.starts_with("link `point` has mass and no extent")), "{scene}");
 }
 
-/// Hinges that begin further than half a turn from zero read whole turns less, with all that counts on them.
+/// Hinges that begin further than half a turn from zero, or half a turn below it, read whole turns less, with all that counts on them.
 #[test]
 fn angles_are_counted_from_the_first_turn() {
     let text = |angle: f64| {
@@ -286,6 +286,8 @@ fn angles_are_counted_from_the_first_turn() {
     let scene = |of: &str| rounded(of.split_once("title").unwrap().1);
     assert_eq!(scene(&near.scene), scene(&far.scene));
     assert!(far.left_out[0].contains("6.28318530717959 rad less"), "{:?}", far.left_out);
+    let half = |sign: f64| read(&text(sign * std::f64::consts::PI)).scene;
+    assert_eq!(scene(&half(-1.0)), scene(&half(1.0)));
 }
 
 /// Shapes without a mass that is known are refused where their body has no other, and words that change mechanics are listed.

@@ -13,7 +13,8 @@
 //! ## Signs
 //!
 //! `angle` is the rotation of body `j` against body `i` about z_i by the right-hand rule, zero where the x axes of the frames
-//! are parallel: angle = atan2(x_j . y_i, x_j . x_i) + 2 pi k, counted over many turns from k = 0 at the start.
+//! are parallel: angle = atan2(x_j . y_i, x_j . x_i) + 2 pi k, counted over many turns from k = 0 at the start. Opposite x axes at
+//! the start are half a turn, pi, whatever round-off makes of them.
 //!
 //! ## Singular cases
 //!

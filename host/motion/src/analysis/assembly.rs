@@ -6,6 +6,8 @@ pub(super) mod velocities;
 use rolling::rolling;
 use velocities::velocities;
 
+use std::f64::consts::{PI, TAU};
+
 use nalgebra::Vector3;
 
 use super::conflict::{Gap, Measure, conflict};
@@ -474,7 +476,11 @@ fn moved(model: &Model, given: &[f64], state: &[f64], length: f64) -> Vec<Move> 
     moves
 }
 
-/// The multi-turn angles at the start, in (-pi, pi].
+/// How near to half a turn an angle at the start counts as positive, rad: what data with six digits leave open.
+const HALF_TURN: f64 = 1e-6;
+
+/// The multi-turn angles at the start, in (-pi, pi]. Half a turn is positive, whatever round-off makes of it: springs and stops
+/// count from there.
 fn references(
     equations: &Equations,
     model: &Model,
@@ -486,5 +492,10 @@ fn references(
     program
         .run(inputs, &model.sets, &mut program.workspace(), &mut angles)
         .map_err(|(set, fault)| AnalysisError::Element { set, fault })?;
+    for angle in &mut angles {
+        if *angle <= HALF_TURN - PI {
+            *angle += TAU;
+        }
+    }
     Ok(angles)
 }

@@ -17,6 +17,9 @@ const SHORTEST: f64 = 1e-9;
 const FOUND: f64 = 1e-13;
 /// Steps that do not become smaller any more are round-off below this share.
 const ROUND_OFF: f64 = 1e-8;
+/// An unknown has at least this share of the largest one, in units that bring the matrix to one size: what is smaller is round-off of
+/// the others.
+const LEAST_SIZE: f64 = 64.0 * f64::EPSILON;
 /// Pivots below this share of their row make a matrix singular.
 const SINGULAR: f64 = 1e-14;
 /// What is left of conditions that cannot become smaller is round-off up to so many times what the last digits of the inputs change ...
@@ -119,10 +122,17 @@ impl Own {
         let mut before = f64::INFINITY;
         for _ in 0..MOST_STEPS {
             let (values, matrix) = found.split_at(n);
-            let step =
+            let (step, units) =
                 solve(matrix, values).map_err(|k| Stop::At(k, "the conditions do not determine it (singular)"))?;
             for ((size, y), step) in sizes.iter_mut().zip(&inputs[at.clone()]).zip(&step) {
                 *size = size.max(y.abs()).max(step.abs());
+            }
+            let most = sizes.iter().zip(&units).fold(0.0_f64, |most, (size, unit)| most.max(size / unit));
+            for (size, unit) in sizes.iter_mut().zip(&units) {
+                let least = LEAST_SIZE * most * unit;
+                if least.is_finite() {
+                    *size = size.max(least);
+                }
             }
             let share = |step: &[f64], y: &[f64]| {
                 let sizes = y.iter().map(|y| y.abs().max(f64::MIN_POSITIVE));
@@ -147,7 +157,7 @@ impl Own {
                     *y = start - factor * step;
                 }
                 let trial = self.conditions.run(inputs, sets).map_err(Stop::Analysis)?;
-                let next = solve(matrix, &trial[..n]).ok().map(|step| weighed(&step));
+                let next = solve(matrix, &trial[..n]).ok().map(|(step, _)| weighed(&step));
                 let sound = trial.iter().all(|value| value.is_finite());
                 if sound && next.is_some_and(|next| next <= (1.0 - 0.25 * factor) * whole || whole <= ROUND_OFF) {
                     found = trial.to_vec();
@@ -186,11 +196,11 @@ impl Own {
 
 /// x of A x = b, rows of A one after the other, with row pivots. The geometric mean of the largest and the smallest entry of rows, and of
 /// columns, is brought to one, and then the largest of rows: whether the matrix is singular does not depend on units, of unknowns or of
-/// conditions (after Fulkerson & Wolfe, An algorithm for scaling matrices, 1962).
+/// conditions (after Fulkerson & Wolfe, An algorithm for scaling matrices, 1962). Besides x, the units of the unknowns that do so.
 ///
 /// # Errors
 /// The column without a pivot.
-fn solve(matrix: &[f64], right: &[f64]) -> Result<Vec<f64>, usize> {
+fn solve(matrix: &[f64], right: &[f64]) -> Result<(Vec<f64>, Vec<f64>), usize> {
     let n = right.len();
     let mut rows: Vec<Vec<f64>> = (0..n).map(|k| [&matrix[n * k..n * (k + 1)], &right[k..=k]].concat()).collect();
     let mut units = vec![1.0; n];
@@ -231,8 +241,8 @@ fn solve(matrix: &[f64], right: &[f64]) -> Result<Vec<f64>, usize> {
         let sum: f64 = (k + 1..n).map(|j| rows[k][j] * x[j]).sum();
         x[k] = (rows[k][n] - sum) / rows[k][k];
     }
-    x.iter_mut().zip(units).for_each(|(x, unit)| *x *= unit);
-    Ok(x)
+    x.iter_mut().zip(&units).for_each(|(x, unit)| *x *= unit);
+    Ok((x, units))
 }
 
 /// The geometric mean of the largest and the smallest magnitude that is not zero.
@@ -279,7 +289,7 @@ mod tests {
     fn small_resistances_do_not_make_it_singular() {
         for (first, second) in [(3e-15, 3e-15), (3e-15, 2e-13), (1e-100, 1e-90), (4e40, 1e44)] {
             let matrix = [0.0, 1.0, 1.0, -1.0, first, 0.0, -1.0, 0.0, second];
-            let x =
+            let (x, _) =
                 solve(&matrix, &[5.0, 0.0, 0.0]).unwrap_or_else(|k| panic!("{first}, {second}: {k} is not determined"));
             let pressure = 5.0 * first * (second / (first + second));
             assert!((x[0] - pressure).abs() <= 1e-13 * pressure, "{first}, {second}: {x:?}");
@@ -293,7 +303,7 @@ mod tests {
     fn large_units_do_not_make_it_singular() {
         for unit in [1.0, 1e-6, 1e-12] {
             let matrix = [0.0, 1.0, 1.0, -unit, 2.0 / unit, 0.0, -unit, 0.0, 3.0 / unit];
-            let x = solve(&matrix, &[5.0, 1.0, 2.0]).expect("not singular");
+            let (x, _) = solve(&matrix, &[5.0, 1.0, 2.0]).expect("not singular");
             for (row, right) in matrix.chunks(3).zip([5.0, 1.0, 2.0]) {
                 let left: f64 = row.iter().zip(&x).map(|(a, x)| a * x).sum();
                 let size: f64 = row.iter().zip(&x).map(|(a, x)| (a * x).abs()).sum();

@@ -285,6 +285,11 @@ fn references_start_at_the_angles() {
         let assembly = assembled(&turned(angle)).1.unwrap();
         assert!((assembly.references[0] - angle).abs() < 1e-14);
     }
+    // Half a turn is positive, on whichever side round-off or data with six digits leave it.
+    for off in [-1e-7, -1e-16, 0.0, 1e-16, 1e-7] {
+        let assembly = assembled(&turned(std::f64::consts::PI + off)).1.unwrap();
+        assert!((assembly.references[0] - std::f64::consts::PI - off).abs() < 1e-14);
+    }
 }
 
 #[test]
