@@ -100,6 +100,7 @@ mod fixtures;
 mod fmu;
 mod formulations;
 mod friction;
+mod gains;
 mod giving_way;
 mod hostile;
 mod import;

@@ -87,6 +87,9 @@ fn read_element(
     })
 }
 
+/// Keys of an input that is a signal times a quantity.
+pub(super) const SCALED_KEYS: &[&str] = &["signal", "gain"];
+
 /// Joints and controls have no use for a key that forces have: the ones take no reactions, the others hold nothing.
 fn check_keys(kind: ElementKind, record: &Record<'_>, reader: &mut Reader<'_>) {
     let (foreign, help) = match kind {
@@ -120,6 +123,10 @@ fn read_inputs(raw: &RawValue, reader: &mut Reader<'_>) -> Vec<InputRecord> {
                 InputSource::Reference(text.clone())
             }
             RawKind::Text(_) => InputSource::Value(value.clone()),
+            RawKind::Table(_) => match read_scaled(&name.value, value, reader) {
+                Some(source) => source,
+                None => continue,
+            },
             _ => {
                 reader.wrong_type(&name.value, "the name of a signal or a constant", value);
                 continue;
@@ -128,6 +135,22 @@ fn read_inputs(raw: &RawValue, reader: &mut Reader<'_>) -> Vec<InputRecord> {
         inputs.push(InputRecord { name: name.clone(), source: Spanned::new(source, value.span.clone()) });
     }
     inputs
+}
+
+/// A signal times a quantity: `{ signal = "pid.output", gain = "20 N" }`.
+fn read_scaled(name: &str, raw: &RawValue, reader: &mut Reader<'_>) -> Option<InputSource> {
+    let record = Record { table: raw.as_table()?, what: format!("the input `{name}`") };
+    reader.check_keys(&record, SCALED_KEYS);
+    let signal = reader.required_word(&record, "signal");
+    let Some(gain) = record.table.get("gain") else {
+        reader.missing(&record, "gain");
+        return None;
+    };
+    if !matches!(gain.kind, RawKind::Number(_) | RawKind::Integer(_) | RawKind::Text(_)) {
+        reader.wrong_type("gain", "a quantity", gain);
+        return None;
+    }
+    Some(InputSource::Scaled { signal: signal?, gain: gain.clone() })
 }
 
 /// Names of outputs and elements, and `ELEMENT.CHANNEL`, that start like a name and not like a number.

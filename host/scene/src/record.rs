@@ -300,6 +300,13 @@ pub struct InputRecord {
 pub enum InputSource {
     /// The signal of that name: an output, or `ELEMENT.CHANNEL`. Not resolved here.
     Reference(String),
+    /// Such a signal times a quantity, which gives a plain number the dimension that is asked for.
+    Scaled {
+        /// The name of the signal.
+        signal: Spanned<String>,
+        /// What it is multiplied by: see [`Scene::quantity`].
+        gain: RawValue,
+    },
     /// A constant: see [`Scene::quantity`] and [`Scene::any_quantity`].
     Value(RawValue),
 }

@@ -6,6 +6,7 @@
 use serde_json::{Map, Value, json};
 
 use super::dimension::Dimension;
+use super::elements::SCALED_KEYS;
 use super::outputs::TAKES;
 use super::rotation::WAYS;
 use super::unit_system::UNIT_KEYS;
@@ -33,6 +34,11 @@ fn table(keys: Vec<Key>, required: &[&str]) -> Value {
 /// A number in the scene's units, or a text: with a unit, or an expression.
 pub fn quantity() -> Value {
     json!({ "type": ["number", "string"] })
+}
+
+/// What an input is fed with: the name of a signal or a constant, or a signal times a quantity.
+pub fn signal() -> Value {
+    json!({ "oneOf": [quantity(), table(scaled_keys(), SCALED_KEYS)] })
 }
 
 /// Under this key, a schema says what a quantity is: `length`, `moment of inertia`.
@@ -355,11 +361,12 @@ pub(super) fn element_keys(kind: &str) -> Vec<Key> {
         ("params", json!({ "type": "object" }), "Its parameters."),
         ("enabled", flag(true), "False leaves it out."),
     ];
-    let source = quantity();
+    let source = signal();
     keys.push((
         "inputs",
         json!({ "type": "object", "additionalProperties": source }),
-        "Signals it takes: the name of an output or an input, ELEMENT.CHANNEL, or a constant.",
+        "Signals it takes: the name of an output or an input, ELEMENT.CHANNEL, or a constant; or such a signal times a quantity: \
+         { signal = \"pid.output\", gain = \"20 N\" }.",
     ));
     if kind != "joint" {
         keys.push(("joints", list(word()), "Joints whose reactions it depends on."));
@@ -372,6 +379,14 @@ pub(super) fn element_keys(kind: &str) -> Vec<Key> {
         ));
     }
     keys
+}
+
+/// Keys of an input that is a signal times a quantity.
+fn scaled_keys() -> Vec<Key> {
+    vec![
+        ("signal", word(), "The name of an output or an input, or ELEMENT.CHANNEL."),
+        ("gain", quantity(), "What it is multiplied by: a force for a plain number that is to be one."),
+    ]
 }
 
 /// Keys of `release`.

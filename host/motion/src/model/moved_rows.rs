@@ -92,7 +92,7 @@ fn forbidden(
             }
             (Input::State(k), Depth::Rate) => forbidden((element, Role::StateRate(k)), Depth::Behind, instances, seen),
             (Input::Signal(k), _) => match instance.inputs.get(k as usize) {
-                Some(Source::Quantity(quantity)) => forbidden_quantity(quantity, depth, instances, seen),
+                Some(Source::Quantity(quantity, _)) => forbidden_quantity(quantity, depth, instances, seen),
                 _ => None,
             },
             _ => None,

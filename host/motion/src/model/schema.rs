@@ -13,7 +13,7 @@ use super::fmus;
 use super::parameters::{dimension_of, variable};
 use crate::catalog::{Catalog, ElementHandle};
 use crate::scene::Dimension;
-use crate::scene::schema::{ORDER, one_of, quantity, vector};
+use crate::scene::schema::{ORDER, one_of, quantity, signal, vector};
 
 /// Adds the elements of a catalog, and the quantities of outputs.
 pub fn add(schema: &mut Value, catalog: &Catalog) {
@@ -97,7 +97,7 @@ fn of_element(element: &ElementHandle) -> Value {
         return json!({ "properties": properties, "required": required });
     }
     let inputs = descriptor.inputs.iter().map(|input| {
-        let mut schema = quantity();
+        let mut schema = signal();
         let unit = if input.unit.is_empty() { String::new() } else { format!(" [{}]", input.unit) };
         schema["description"] = format!("{}{unit}", input.doc).into();
         (input.name.clone(), schema)

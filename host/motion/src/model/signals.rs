@@ -12,7 +12,7 @@ use super::parameters::dimension_of;
 use super::types::{Channel, Instance, Level, Quantity, Signal, Source};
 use crate::catalog::Catalog;
 use crate::diagnostics::{Diagnostic, codes, suggest};
-use crate::scene::{Dimension, ElementRecord, ExternalInput, InputSource, Scene, Spanned};
+use crate::scene::{Dimension, ElementRecord, ExternalInput, InputSource, RawValue, Scene, Spanned};
 
 type Found<T> = Result<T, Box<Diagnostic>>;
 
@@ -156,13 +156,16 @@ fn source(
     channels: &[Channel],
     instances: &[Instance],
 ) -> Found<Source> {
+    let value = |raw: &RawValue, dimension: Option<Dimension>| match dimension {
+        Some(dimension) => scene.quantity(raw, dimension).map_err(Box::new),
+        None => scene.any_quantity(raw).map(|(value, _)| value),
+    };
     let name = match &written.value {
-        InputSource::Value(raw) => {
-            let value = match dimension {
-                Some(dimension) => scene.quantity(raw, dimension)?,
-                None => scene.any_quantity(raw)?.0,
-            };
-            return Ok(Source::Constant(value));
+        InputSource::Value(raw) => return Ok(Source::Constant(value(raw, dimension)?)),
+        InputSource::Scaled { signal, gain } => {
+            let (quantity, given) = named(&signal.value, &signal.span, scene, channels, instances)?;
+            let left = dimension.and_then(|expected| expected.over(given));
+            return Ok(Source::Quantity(quantity, value(gain, left)?));
         }
         InputSource::Reference(name) => name,
     };
@@ -171,9 +174,12 @@ fn source(
         Some(expected) if !given.compatible(expected) => Err(Box::new(
             Diagnostic::error(codes::DIMENSION, format!("expected {expected}, found {given}"))
                 .at(written.span.clone(), format!("`{name}` is {given}"))
-                .help_if(takers(given)),
+                .help_if(takers(given))
+                .help_if(expected.over(given).map(|gain| {
+                    format!("times a quantity: {{ signal = \"{name}\", gain = \"1 {}\" }}", gain.si_unit())
+                })),
         )),
-        _ => Ok(Source::Quantity(quantity)),
+        _ => Ok(Source::Quantity(quantity, 1.0)),
     }
 }
 
@@ -254,7 +260,7 @@ fn first_loop(instances: &[Instance]) -> Option<Vec<usize>> {
     let mut known: FxHashMap<Result_, bool> = FxHashMap::default();
     for (index, instance) in instances.iter().enumerate() {
         // What takes no signal of another element is part of none.
-        let follows = instance.inputs.iter().any(|source| matches!(source, Source::Quantity(_)));
+        let follows = instance.inputs.iter().any(|source| source.quantity().is_some());
         for output in instance.recording.outputs.iter().filter(|_| follows) {
             let mut path = Vec::new();
             if visit((index, output.role), instances, &mut known, &mut path) {
@@ -289,7 +295,7 @@ fn visit(
     }
     known.insert(result, false);
     for input in signals_of(&instances[result.0], result.1) {
-        let Some(Source::Quantity(quantity)) = instances[result.0].inputs.get(input) else { continue };
+        let Some(quantity) = instances[result.0].inputs.get(input).and_then(Source::quantity) else { continue };
         for next in results_behind(quantity, instances) {
             if visit(next, instances, known, path) {
                 return true;

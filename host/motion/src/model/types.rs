@@ -226,8 +226,8 @@ impl Instance {
 pub enum Source {
     /// A constant, SI.
     Constant(f64),
-    /// Anything that can be reported.
-    Quantity(Quantity),
+    /// Anything that can be reported, times a factor, SI.
+    Quantity(Quantity, f64),
 }
 
 impl Source {
@@ -236,7 +236,7 @@ impl Source {
     pub fn quantity(&self) -> Option<&Quantity> {
         match self {
             Self::Constant(_) => None,
-            Self::Quantity(quantity) => Some(quantity),
+            Self::Quantity(quantity, _) => Some(quantity),
         }
     }
 }

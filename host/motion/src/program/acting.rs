@@ -365,10 +365,17 @@ impl Equations {
     }
 
     fn source(&mut self, source: &Source, imports: &mut Imports<'_>) -> Node {
-        let quantity = match source {
-            Source::Constant(value) => return self.graph.constant(*value),
-            Source::Quantity(quantity) => quantity,
-        };
+        match source {
+            Source::Constant(value) => self.graph.constant(*value),
+            Source::Quantity(quantity, factor) => {
+                let signal = self.signal(quantity, imports);
+                let factor = self.graph.constant(*factor);
+                self.graph.mul(factor, signal)
+            }
+        }
+    }
+
+    fn signal(&mut self, quantity: &Quantity, imports: &mut Imports<'_>) -> Node {
         let missing = self.graph.constant(f64::NAN);
         match quantity {
             Quantity::Value { element, channel } => self.reported(*element, *channel, imports).unwrap_or(missing),

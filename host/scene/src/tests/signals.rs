@@ -33,7 +33,7 @@ fn values_have_any_dimension() {
     let scene = accept(&element("force", &format!("bodies = [\"x\"]\n{inputs}")));
     let value = |k: usize| match &scene.elements[0].inputs[k].source.value {
         InputSource::Value(raw) => scene.any_quantity(raw),
-        InputSource::Reference(name) => panic!("{name}"),
+        other => panic!("{other:?}"),
     };
     let pi = std::f64::consts::PI;
     assert_eq!(value(0).unwrap(), (3.0, Dimension::DIMENSIONLESS));
@@ -74,4 +74,18 @@ fn mistakes_in_signals() {
     }
     let rejected = reject(&element("joint", "bodies = [\"x\"]\njoints = [\"b\"]"));
     assert_eq!(rejected.diagnostics[0].message, "joint `e` cannot have `joints`");
+}
+
+#[test]
+fn a_signal_may_be_multiplied_by_a_quantity() {
+    let scene =
+        accept(&element("force", "joints = [\"j\"]\ninputs = { a = { signal = \"pid.output\", gain = \"2*speed\" } }"));
+    let InputSource::Scaled { signal, gain } = &scene.elements[0].inputs[0].source.value else { panic!() };
+    assert_eq!(signal.value, "pid.output");
+    assert!(near(scene.any_quantity(gain).unwrap().0, 100.0 * std::f64::consts::PI));
+    let refused = |input: &str| reject(&element("control", &format!("inputs = {{ a = {input} }}"))).codes();
+    assert_eq!(refused("{ signal = \"b\" }"), [codes::MISSING_KEY]);
+    assert_eq!(refused("{ gain = 2 }"), [codes::MISSING_KEY]);
+    assert_eq!(refused("{ signal = \"b\", gain = [2] }"), [codes::WRONG_TYPE]);
+    assert_eq!(refused("{ signal = \"b\", gian = 2, gain = 3 }"), [codes::UNKNOWN_KEY]);
 }
