@@ -51,6 +51,8 @@ struct One {
     was_off: Vec<bool>,
     /// How far beyond its bound each was where it went over, as such a share; zero or less.
     began: Vec<f64>,
+    /// Whether some went over at this instant.
+    went_over: bool,
     name: String,
     /// What decides on its release, its unit and that in SI; of a force.
     released_by: Option<(String, String, f64)>,
@@ -69,6 +71,7 @@ impl One {
             sizes: vec![0.0; latch.conditions.len()],
             was_off: vec![false; latch.conditions.len()],
             began: vec![0.0; latch.conditions.len()],
+            went_over: false,
             name: element.name.clone(),
             released_by: by.map(|release| (release.name.clone(), release.unit.clone(), release.factor)),
             decided: f64::NAN,
@@ -204,6 +207,8 @@ pub(super) struct Latched {
     back: u32,
     /// The memories are those of an earlier stretch, not of the start of the scene.
     continues: bool,
+    /// Where states that follow the motion are, and what they were before the last step.
+    followed: Vec<(usize, f64)>,
 }
 
 impl Latched {
@@ -225,7 +230,7 @@ impl Latched {
             return None;
         }
         let taken = Part::near(formulation, equations, &nodes, layout);
-        Some(Self { list, taken, met_at: f64::NAN, at_once: 0, back: 0, continues: false })
+        Some(Self { list, taken, met_at: f64::NAN, at_once: 0, back: 0, continues: false, followed: Vec::new() })
     }
 
     pub(super) fn used(&mut self) -> impl Iterator<Item = Used<'_>> {
@@ -298,6 +303,9 @@ impl Simulation<'_> {
             let states = next.into_iter().zip(&one.latch.switches).enumerate();
             found.extend(states.filter(|(_, (_, jumps))| !**jumps).map(|(k, (next, _))| (one.latch.first + k, next)));
         }
+        if let Some(latched) = &mut self.latched {
+            latched.followed = found.iter().map(|(at, _)| (*at, self.discrete[*at])).collect();
+        }
         Ok(found)
     }
 
@@ -323,18 +331,21 @@ impl Simulation<'_> {
             latched.met_at = t;
         }
         for one in &mut latched.list {
+            one.went_over = false;
             if one.holds.is_empty() {
                 one.begin(&taken, &self.discrete, latched.continues)?;
                 over += 1;
             } else {
                 let (own, back) = one.go_over(&taken)?;
                 over += own;
+                one.went_over = own > 0;
                 if own > 0 {
                     latched.back = if back > 0 { latched.back + back } else { 0 };
                 }
             }
         }
         latched.continues = true;
+        let followed = std::mem::take(&mut latched.followed);
         let (again, is_endless) = (comes && latched.at_once > 0, latched.back > MOST_BACK);
         if is_endless || latched.at_once > MOST_ROUNDS as u32 {
             return Err(self.flutters(&taken));
@@ -344,22 +355,40 @@ impl Simulation<'_> {
         }
         let before = self.potential(t, state)?;
         let first = self.discrete.clone();
+        // What follows the motion does so once in a step: where a condition went over, from what it was before and on the other side.
+        let mut again = Vec::new();
+        for one in self.latched.iter().flat_map(|latched| &latched.list).filter(|one| one.went_over) {
+            let own = one.latch.first..one.latch.first + one.latch.switches.len();
+            again.extend(followed.iter().filter(|(at, _)| own.contains(at)));
+        }
+        if !again.is_empty() {
+            again.iter().for_each(|(at, before)| self.discrete[*at] = *before);
+            self.tell_discrete();
+            taken = self.taken(t, state)?;
+        }
         for round in 0.. {
             let mut changed = false;
             let Some(latched) = &mut self.latched else { return Ok(Jumped::No) };
+            let mut followed = Vec::new();
             for one in &mut latched.list {
                 if round > 0 {
                     one.plainly(&taken)?;
                 }
                 let holds = one.holds.clone();
                 let (_, next) = one.ask(&taken, &holds)?;
-                let own = next.iter().zip(&mut self.discrete[one.latch.first..]).zip(&one.latch.switches);
-                for ((next, now), jumps) in own {
-                    if *jumps && next != now {
-                        (changed, one.decided) = (true, taken[one.first]);
+                for (k, (next, jumps)) in next.into_iter().zip(&one.latch.switches).enumerate() {
+                    let now = &mut self.discrete[one.latch.first + k];
+                    match jumps {
+                        true if next != *now => (changed, one.decided, *now) = (true, taken[one.first], next),
+                        true => {}
+                        false => followed.push((one.latch.first + k, next)),
                     }
-                    *now = *next;
                 }
+            }
+            // Not where all is at rest again: what is kept at an edge was kept when the edge was seen.
+            if changed || round == 0 {
+                let follows = |(at, _): &(usize, f64)| again.iter().any(|(other, _)| other == at);
+                followed.into_iter().filter(follows).for_each(|(at, next)| self.discrete[at] = next);
             }
             self.tell_discrete();
             if !changed {
