@@ -224,8 +224,8 @@ fn the_host_knows_no_element() {
         }
         let text = code(&file);
         let words: BTreeSet<&str> = text.split(|c: char| !(c.is_alphanumeric() || c == '-')).collect();
-        // Words of scenes for places and curves, and of geometry for motions, too.
-        let words_of_scenes = ["ground", "map", "planar", "point", "position"];
+        // Words of scenes for places, curves and what signals are multiplied by, and of geometry for motions, too.
+        let words_of_scenes = ["gain", "ground", "map", "planar", "point", "position"];
         // Words for how joints are drawn, by the motions that they leave.
         let words_of_pictures: &[&str] =
             if file.ends_with("plan/glyph.rs") { &["gear", "screw", "universal"] } else { &[] };
