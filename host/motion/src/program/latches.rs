@@ -69,20 +69,22 @@ impl Writing<'_> {
 
     /// Which of the results jump by conditions and are else as they were.
     fn switches(&self, results: &[u32]) -> Vec<bool> {
-        // Whether each operation moves within a step in another way than by jumps, and whether it depends on conditions.
-        let (mut follows, mut jumps) = (vec![false; self.recording.ops.len()], vec![false; self.recording.ops.len()]);
+        // Whether each operation moves within a step in another way than by jumps, whether it depends on conditions, and whether it
+        // depends on more than the element's own memory.
+        let [mut follows, mut jumps, mut foreign] = [(); 3].map(|()| vec![false; self.recording.ops.len()]);
         for k in self.cone(results) {
             let op = self.op(k);
             let among = |list: &[bool]| op.operands().any(|k| list[k as usize]);
             let (follow, jump) = match op {
                 Op::Input(_) => (self.moves(k), false),
                 Op::Select(a, b, x, y) => {
-                    let of_others = [a, b].iter().any(|side| !self.is_own(*side));
+                    let of_others = foreign[a as usize] || foreign[b as usize];
                     (follows[x as usize] || follows[y as usize], of_others || among(&jumps))
                 }
                 _ => (among(&follows), among(&jumps)),
             };
-            (follows[k as usize], jumps[k as usize]) = (follow, jump);
+            let takes = matches!(op, Op::Input(input) if !matches!(input, Input::Discrete(_))) || among(&foreign);
+            (follows[k as usize], jumps[k as usize], foreign[k as usize]) = (follow, jump, takes);
         }
         results.iter().map(|k| jumps[*k as usize] && !follows[*k as usize]).collect()
     }
@@ -141,15 +143,6 @@ impl Writing<'_> {
             inputs,
             own,
         })
-    }
-
-    /// Whether an operation depends on the element's own memory alone.
-    fn is_own(&self, k: u32) -> bool {
-        match self.op(k) {
-            Op::Input(Input::Discrete(_)) => true,
-            Op::Input(_) => false,
-            op => op.operands().all(|k| self.is_own(k)),
-        }
     }
 }
 
