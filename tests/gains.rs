@@ -1,8 +1,7 @@
 //! Signals that a gain gives the dimension that is asked for.
 
-use odyn::session::Session;
-
-use crate::support::{Scratch, column, open_text, options};
+use crate::contacts::{run, try_run};
+use crate::support::column;
 
 /// A rocket that spins about z, pushed along its own x axis by a plain number, and a block that an output of its own drives as a
 /// spring: in these units.
@@ -34,8 +33,7 @@ fn scene(units: &str, [length, mass, inertia]: [f64; 3]) -> String {
 fn plain_numbers_and_lengths_drive_forces() {
     let small = "[units]\nlength = \"mm\"\nmass = \"g\"\ntime = \"ms\"\n";
     for (text, metre) in [(scene("", [0.5, 2.0, 0.1]), 1.0), (scene(small, [500.0, 2000.0, 1e8]), 1000.0)] {
-        let report = open_text(&text, &[]).run(None, Box::new(|_| ()), &Default::default()).unwrap();
-        assert_eq!(report.exit_code(), 0, "{}", report.summary.reason);
+        let report = run(&text, &[]);
         let (spin, push) = (1.5_f64, 0.5 * 4.0 * 3.0 / 2.0);
         for (k, t) in (0..9).map(|k| (k, 0.25 * f64::from(k as u8))) {
             let exact = [
@@ -57,7 +55,7 @@ fn gains_of_another_dimension_are_refused_with_what_fits() {
     let message = |from: &str, to: &str| {
         let changed = text.replace(from, to);
         assert_ne!(changed, text);
-        Session::open(&Scratch::new().file("gains.toml", changed), &options(&[], &[])).err().unwrap().to_string()
+        try_run(&changed, &[], None).unwrap_err()
     };
     let found = message("gain = \"3 N\"", "gain = \"3 m\"");
     assert!(found.contains("expected a force, found a length"), "{found}");

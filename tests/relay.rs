@@ -1,11 +1,11 @@
 //! Memories that jump at instants: relays, and elements of others that remember by conditions.
 
 use odyn::results::{Event, EventKind};
-use odyn::session::{RunReport, Session};
+use odyn::session::RunReport;
 
 use crate::contacts::{every_way_agrees, run, try_run};
 use crate::release::{body, head, output};
-use crate::support::{Scratch, bisected, column, difference, open_text, options};
+use crate::support::{Scratch, bisected, column, difference, leg, open_text};
 
 pub(crate) fn switched<'a>(report: &'a RunReport, of: &str) -> Vec<&'a Event> {
     report.events.iter().filter(|event| event.kind == EventKind::Switches && event.element == of).collect()
@@ -215,14 +215,8 @@ fn what_is_on_is_kept() {
     let last = |report: &RunReport| *column(report, "T").last().unwrap();
     assert!((run.output("T").unwrap() - last(&whole)).abs() < 1e-9);
     let scratch = Scratch::new();
-    let path = scratch.file("scene.toml", &text);
-    let go = |set: &str, folder: &str, from: Option<&str>| {
-        let mut session = Session::open(&path, &options(&[set], &[])).unwrap();
-        if let Some(from) = from {
-            session.go_on_from(odyn::session::Restart::read(&scratch.path().join(from)).unwrap()).unwrap();
-        }
-        session.run(Some(&scratch.path().join(folder)), Box::new(|_| ()), &Default::default()).unwrap()
-    };
+    scratch.file("scene.toml", &text);
+    let go = |set: &str, folder: &str, from: Option<&str>| leg(&scratch, set, folder, from);
     go("simulation.t_end = 2.6", "first", None);
     let rest = go("simulation.t_end = 10", "second", Some("first"));
     assert!((last(&rest) - last(&whole)).abs() < 1e-9);

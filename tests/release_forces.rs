@@ -1,11 +1,11 @@
 //! Forces that let go: against closed forms, in every way, and what a run keeps of that.
 
 use odyn::results::EventKind;
-use odyn::session::{RunReport, Session};
+use odyn::session::RunReport;
 
 use crate::contacts::{every_way_agrees, run, try_run};
 use crate::release::{G, body, head, output, released};
-use crate::support::{Scratch, column, difference, open_text, options};
+use crate::support::{Scratch, column, difference, leg, open_text};
 
 /// A mass of 2 kg on a spring of 50 N/m, which leaves its place of rest with 3 m/s.
 fn spring(release: &str) -> String {
@@ -115,14 +115,8 @@ fn what_is_broken_is_kept() {
         assert!((run.output("x").unwrap() - first).abs() < 1e-11);
     }
     let scratch = Scratch::new();
-    let path = scratch.file("scene.toml", &text);
-    let go = |set: &str, folder: &str, from: Option<&str>| {
-        let mut session = Session::open(&path, &options(&[set], &[])).unwrap();
-        if let Some(from) = from {
-            session.go_on_from(odyn::session::Restart::read(&scratch.path().join(from)).unwrap()).unwrap();
-        }
-        session.run(Some(&scratch.path().join(folder)), Box::new(|_| ()), &Default::default()).unwrap()
-    };
+    scratch.file("scene.toml", &text);
+    let go = |set: &str, folder: &str, from: Option<&str>| leg(&scratch, set, folder, from);
     go("simulation.t_end = 0.5", "first", None);
     let rest = go("simulation.t_end = 1", "second", Some("first"));
     assert!(rest.events.is_empty() && column(&rest, "F").iter().all(|load| *load == 0.0));

@@ -5,7 +5,7 @@ use odyn::session::{RunReport, Session};
 
 use crate::contacts::{run, try_run};
 use crate::release::{door, output, pendulum, released, time_to};
-use crate::support::{Scratch, column, difference, open_text, options};
+use crate::support::{Scratch, column, difference, leg, open_text, options};
 
 #[test]
 fn what_has_let_go_is_kept() {
@@ -29,27 +29,19 @@ fn what_has_let_go_is_kept() {
     assert_eq!(run.output("x").unwrap(), first);
     // In files.
     let scratch = Scratch::new();
-    let path = scratch.file("scene.toml", &text);
-    let folder = scratch.path().join("first");
-    let go = |set: &str, folder: &std::path::Path, from: Option<&std::path::Path>| {
-        let mut session = Session::open(&path, &options(&[set], &[])).unwrap();
-        if let Some(from) = from {
-            session.go_on_from(odyn::session::Restart::read(from).unwrap()).unwrap();
-        }
-        session.run(Some(folder), Box::new(|_| ()), &Default::default()).unwrap()
-    };
-    go("simulation.t_end = 0.8", &folder, None);
-    let report = go("simulation.t_end = 1", &scratch.path().join("second"), Some(&folder));
+    scratch.file("scene.toml", &text);
+    leg(&scratch, "simulation.t_end = 0.8", "first", None);
+    let report = leg(&scratch, "simulation.t_end = 1", "second", Some("first"));
     assert!(report.events.is_empty() && column(&report, "T").iter().all(|load| *load == 0.0));
     let x = |report: &RunReport| *column(report, "x").last().unwrap();
     assert!((x(&report) - x(&whole)).abs() < 1e-10);
-    let legs = go("simulation.checkpoint_every = 0.13", &scratch.path().join("legs"), None);
+    let legs = leg(&scratch, "simulation.checkpoint_every = 0.13", "legs", None);
     assert!((x(&legs) - x(&whole)).abs() < 1e-10);
     assert_eq!(legs.summary.releases.len(), 1);
     // A scene in which the joint stays cannot go on from there.
     let held = scratch.file("held.toml", text.replace("release = ", "# "));
     let mut session = Session::open(&held, &options(&[], &[])).unwrap();
-    let error = session.go_on_from(odyn::session::Restart::read(&folder).unwrap()).unwrap_err();
+    let error = session.go_on_from(odyn::session::Restart::read(&scratch.path().join("first")).unwrap()).unwrap_err();
     assert!(error.to_string().contains("`cord` had let go"), "{error}");
 }
 

@@ -10,7 +10,7 @@ use element_api::manifest::Library;
 use odyn::catalog::Catalog;
 use odyn::diagnostics::Source;
 use odyn::scene::{Override, parse};
-use odyn::session::{RunOptions, RunReport, Session};
+use odyn::session::{Restart, RunOptions, RunReport, Session};
 
 /// The root of the source tree.
 pub fn root() -> &'static Path {
@@ -80,6 +80,16 @@ pub fn options(sets: &[&str], plugins: &[PathBuf]) -> RunOptions {
         equilibrium: Some(odyn::analyses::statics::start),
         ..RunOptions::default()
     }
+}
+
+/// Runs `scene.toml` of a folder with one more setting, its results in a folder there; on from where another one ended, if any.
+#[track_caller]
+pub fn leg(scratch: &Scratch, set: &str, folder: &str, from: Option<&str>) -> RunReport {
+    let mut session = Session::open(&scratch.path().join("scene.toml"), &options(&[set], &[])).unwrap();
+    if let Some(from) = from {
+        session.go_on_from(Restart::read(&scratch.path().join(from)).unwrap()).unwrap();
+    }
+    session.run(Some(&scratch.path().join(folder)), Box::new(|_| ()), &Default::default()).unwrap()
 }
 
 /// A scene of `scenes/`, ready to run.

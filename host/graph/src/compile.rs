@@ -26,8 +26,8 @@ impl Program {
         let calls = used_calls(graph, &live);
         if calls.is_empty() && FEW * live.len() < graph.len() {
             // Of a large graph, what its nodes would need room for.
-            let place = |node: &Node| Node(live.binary_search(node).unwrap_or_default() as u32);
-            return Self::compile_anew(&graph.excerpt(&live), &outputs.iter().map(place).collect::<Vec<_>>());
+            let (excerpt, outputs) = graph.excerpt(&live, outputs);
+            return Self::compile_anew(&excerpt, &outputs);
         }
         let arguments: Vec<Node> =
             calls.iter().flat_map(|(call, _)| graph.calls[*call].arguments.iter().copied()).collect();

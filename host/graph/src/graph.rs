@@ -398,9 +398,10 @@ impl Graph {
         list
     }
 
-    /// Nodes, ascending and with all that they depend on, no results of calls among them, as a graph of their own in the same order.
+    /// Nodes, ascending and with all that they depend on, no results of calls among them, as a graph of their own in the same order;
+    /// and what some of them are there.
     #[must_use]
-    pub(super) fn excerpt(&self, live: &[Node]) -> Self {
+    pub(super) fn excerpt(&self, live: &[Node], some: &[Node]) -> (Self, Vec<Node>) {
         let place = |node: Node| Node(live.binary_search(&node).unwrap_or_default() as u32);
         let mut exprs = Exprs::default();
         for node in live {
@@ -409,7 +410,7 @@ impl Graph {
         }
         let looks_up = live.iter().any(|node| matches!(self.expr(*node), Expr::Table { .. }));
         let tables = if looks_up { self.tables.clone() } else { Vec::new() };
-        Self { exprs, tables, ..Self::default() }
+        (Self { exprs, tables, ..Self::default() }, some.iter().map(|node| place(*node)).collect())
     }
 
     /// The same by a table of those that were reached.

@@ -217,7 +217,7 @@ impl Search<'_> {
             }
             error
         })?;
-        Ok(Sampled { elsewhere: done.report.times != self.times, ..sampled(&done, self.wanted) })
+        Ok(sampled(&done, self.wanted, self.times))
     }
 
     /// Runs have to have their samples at the same times, on either side: a number that moves one is not differentiated by.
@@ -393,7 +393,7 @@ fn sampled_values(done: &Done, wanted: &Wanted) -> Vec<f64> {
     outputs.chain(figures).collect()
 }
 
-fn sampled(done: &Done, wanted: &Wanted) -> Sampled {
+fn sampled(done: &Done, wanted: &Wanted, times: &[f64]) -> Sampled {
     let report = &done.report;
     let before = |time: f64| report.times.partition_point(|sample| *sample * done.unit_of_time < time);
     let mut events = BTreeMap::<String, Vec<(usize, &'static str)>>::new();
@@ -403,7 +403,7 @@ fn sampled(done: &Done, wanted: &Wanted) -> Sampled {
     }
     Sampled {
         values: sampled_values(done, wanted),
-        elsewhere: false,
+        elsewhere: report.times != times,
         samples: report.times.len(),
         events,
         switches: report.summary.recoveries[Remedy::Event],

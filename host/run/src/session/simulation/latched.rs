@@ -4,6 +4,8 @@
 //! over to the other side, and what it decides is asked for anew until nothing changes any more. So it is of no consequence on which
 //! side round-off leaves the signal.
 
+use std::ops::Range;
+
 use super::{Part, Simulation};
 use crate::analysis::{AnalysisError, Evaluator, Formulation};
 use crate::model::Model;
@@ -51,8 +53,6 @@ struct One {
     was_off: Vec<bool>,
     /// How far beyond its bound each was where it went over, as such a share; zero or less.
     began: Vec<f64>,
-    /// Whether some went over at this instant.
-    went_over: bool,
     name: String,
     /// What decides on its release, its unit and that in SI; of a force.
     released_by: Option<(String, String, f64)>,
@@ -71,12 +71,16 @@ impl One {
             sizes: vec![0.0; latch.conditions.len()],
             was_off: vec![false; latch.conditions.len()],
             began: vec![0.0; latch.conditions.len()],
-            went_over: false,
             name: element.name.clone(),
             released_by: by.map(|release| (release.name.clone(), release.unit.clone(), release.factor)),
             decided: f64::NAN,
             latch: latch.clone(),
         }
+    }
+
+    /// Where its states are among all discrete ones.
+    fn states(&self) -> Range<usize> {
+        self.latch.first..self.latch.first + self.latch.switches.len()
     }
 
     /// Both sides of all conditions and the next states, where conditions hold or not as given.
@@ -142,7 +146,7 @@ impl One {
     fn jumps(&mut self, taken: &[f64], discrete: &[f64]) -> Result<bool, AnalysisError> {
         let holds = self.holds.clone();
         let (_, next) = self.ask(taken, &holds)?;
-        let own = &discrete[self.latch.first..][..next.len()];
+        let own = &discrete[self.states()];
         Ok(next.iter().zip(own).zip(&self.latch.switches).any(|((next, now), switches)| *switches && next != now))
     }
 
@@ -250,9 +254,8 @@ impl Latched {
 
     /// At the end of a step: what becomes of these states, `new` by their equations and `old` before.
     pub(super) fn hold(&self, old: &[f64], new: &mut [f64]) {
-        for One { latch, .. } in &self.list {
-            let own = latch.first..latch.first + latch.switches.len();
-            new[own.clone()].copy_from_slice(&old[own]);
+        for one in &self.list {
+            new[one.states()].copy_from_slice(&old[one.states()]);
         }
     }
 }
@@ -289,7 +292,7 @@ impl Simulation<'_> {
         Ok(())
     }
 
-    /// What follows the motion of memories that also jump, after a step in which no condition went over.
+    /// What follows the motion of memories that also jump, after a step, with conditions on the sides that they were on within it.
     pub(super) fn follow_latched(&mut self, t: f64, state: &[f64]) -> Result<Vec<(usize, f64)>, AnalysisError> {
         let follows = |one: &One| one.latch.switches.contains(&false) && !one.holds.is_empty();
         if !self.latched.iter().flat_map(|latched| &latched.list).any(follows) {
@@ -300,8 +303,8 @@ impl Simulation<'_> {
         for one in self.latched.iter_mut().flat_map(|latched| &mut latched.list).filter(|one| follows(one)) {
             let holds = one.holds.clone();
             let (_, next) = one.ask(&taken, &holds)?;
-            let states = next.into_iter().zip(&one.latch.switches).enumerate();
-            found.extend(states.filter(|(_, (_, jumps))| !**jumps).map(|(k, (next, _))| (one.latch.first + k, next)));
+            let states = one.states().zip(next).zip(&one.latch.switches);
+            found.extend(states.filter(|(_, jumps)| !**jumps).map(|(state, _)| state));
         }
         if let Some(latched) = &mut self.latched {
             latched.followed = found.iter().map(|(at, _)| (*at, self.discrete[*at])).collect();
@@ -330,22 +333,22 @@ impl Simulation<'_> {
             latched.at_once = if latched.met_at == t { latched.at_once + 1 } else { 0 };
             latched.met_at = t;
         }
+        let followed = std::mem::take(&mut latched.followed);
+        let mut anew: Vec<(usize, f64)> = Vec::new();
         for one in &mut latched.list {
-            one.went_over = false;
             if one.holds.is_empty() {
                 one.begin(&taken, &self.discrete, latched.continues)?;
                 over += 1;
-            } else {
-                let (own, back) = one.go_over(&taken)?;
-                over += own;
-                one.went_over = own > 0;
-                if own > 0 {
-                    latched.back = if back > 0 { latched.back + back } else { 0 };
-                }
+                continue;
+            }
+            let (own, back) = one.go_over(&taken)?;
+            over += own;
+            if own > 0 {
+                latched.back = if back > 0 { latched.back + back } else { 0 };
+                anew.extend(followed.iter().filter(|(at, _)| one.states().contains(at)));
             }
         }
         latched.continues = true;
-        let followed = std::mem::take(&mut latched.followed);
         let (again, is_endless) = (comes && latched.at_once > 0, latched.back > MOST_BACK);
         if is_endless || latched.at_once > MOST_ROUNDS as u32 {
             return Err(self.flutters(&taken));
@@ -355,50 +358,13 @@ impl Simulation<'_> {
         }
         let before = self.potential(t, state)?;
         let first = self.discrete.clone();
-        // What follows the motion does so once in a step: where a condition went over, from what it was before and on the other side.
-        let mut again = Vec::new();
-        for one in self.latched.iter().flat_map(|latched| &latched.list).filter(|one| one.went_over) {
-            let own = one.latch.first..one.latch.first + one.latch.switches.len();
-            again.extend(followed.iter().filter(|(at, _)| own.contains(at)));
-        }
-        if !again.is_empty() {
-            again.iter().for_each(|(at, before)| self.discrete[*at] = *before);
+        if !anew.is_empty() {
+            // What follows the motion does so once in a step: from what it was before, with conditions on their new sides.
+            anew.iter().for_each(|(at, before)| self.discrete[*at] = *before);
             self.tell_discrete();
             taken = self.taken(t, state)?;
         }
-        for round in 0.. {
-            let mut changed = false;
-            let Some(latched) = &mut self.latched else { return Ok(Jumped::No) };
-            let mut followed = Vec::new();
-            for one in &mut latched.list {
-                if round > 0 {
-                    one.plainly(&taken)?;
-                }
-                let holds = one.holds.clone();
-                let (_, next) = one.ask(&taken, &holds)?;
-                for (k, (next, jumps)) in next.into_iter().zip(&one.latch.switches).enumerate() {
-                    let now = &mut self.discrete[one.latch.first + k];
-                    match jumps {
-                        true if next != *now => (changed, one.decided, *now) = (true, taken[one.first], next),
-                        true => {}
-                        false => followed.push((one.latch.first + k, next)),
-                    }
-                }
-            }
-            // Not where all is at rest again: what is kept at an edge was kept when the edge was seen.
-            if changed || round == 0 {
-                let follows = |(at, _): &(usize, f64)| again.iter().any(|(other, _)| other == at);
-                followed.into_iter().filter(follows).for_each(|(at, next)| self.discrete[at] = next);
-            }
-            self.tell_discrete();
-            if !changed {
-                break;
-            }
-            if round >= MOST_ROUNDS {
-                return Err(self.flutters(&taken));
-            }
-            taken = self.taken(t, state)?;
-        }
+        self.jump_until_rest((t, state), taken, &anew)?;
         if self.discrete == first {
             return Ok(Jumped::No);
         }
@@ -406,6 +372,48 @@ impl Simulation<'_> {
         state.last_mut().into_iter().for_each(|work| *work += change);
         self.report_jumps(t, &first)?;
         Ok(Jumped::Yes)
+    }
+
+    /// Lets memories jump until none has to; `anew`: states that follow the motion and are to do so with them.
+    ///
+    /// # Errors
+    /// See [`Simulation::let_jump`].
+    fn jump_until_rest(
+        &mut self,
+        (t, state): (f64, &[f64]),
+        mut taken: Vec<f64>,
+        anew: &[(usize, f64)],
+    ) -> Result<(), AnalysisError> {
+        for round in 0..=MOST_ROUNDS {
+            let (mut changed, mut followed) = (false, Vec::new());
+            for one in self.latched.iter_mut().flat_map(|latched| &mut latched.list) {
+                if round > 0 {
+                    one.plainly(&taken)?;
+                }
+                let holds = one.holds.clone();
+                let (_, next) = one.ask(&taken, &holds)?;
+                for (at, (next, jumps)) in one.states().zip(next.into_iter().zip(&one.latch.switches)) {
+                    if !jumps {
+                        followed.push((at, next));
+                    } else if next != self.discrete[at] {
+                        (changed, one.decided, self.discrete[at]) = (true, taken[one.first], next);
+                    }
+                }
+            }
+            // Not where all is at rest again: what is kept at an edge was kept when the edge was seen.
+            if changed || round == 0 {
+                let follows = |(at, _): &(usize, f64)| anew.iter().any(|(other, _)| other == at);
+                followed.into_iter().filter(follows).for_each(|(at, next)| self.discrete[at] = next);
+            }
+            self.tell_discrete();
+            if !changed {
+                return Ok(());
+            }
+            if round < MOST_ROUNDS {
+                taken = self.taken(t, state)?;
+            }
+        }
+        Err(self.flutters(&taken))
     }
 
     /// Steps end here once more, and nothing is at its bound: what decides jumps itself, a moment later. Gives that time and the state

@@ -240,13 +240,16 @@ impl Simulation<'_> {
     /// Brings the end of a step to the constraints. Velocities that were off by more than a step with error control leaves are not its
     /// error but a kink of a row, at which they are turned without the impact that this would be: a violation of its rate.
     pub(super) fn project_end(&mut self, t: f64, y: &mut [f64]) -> Result<(), AnalysisError> {
+        self.kink = None;
+        if self.formulation.is_free() || self.most_off.is_infinite() {
+            return self.formulation.project(t, y);
+        }
         self.before.clear();
         self.before.extend_from_slice(y);
-        self.kink = None;
         let passed = self.formulation.counters().interpolated;
         self.formulation.project(t, y)?;
         // What is interpolated past a singular position changes with the way there.
-        if self.most_off.is_finite() && self.formulation.counters().interpolated == passed {
+        if self.formulation.counters().interpolated == passed {
             let before = std::mem::take(&mut self.before);
             self.kink = self.turned_by(t, &before, y)?;
             self.before = before;
