@@ -23,9 +23,10 @@
 //! ## Singular cases
 //!
 //! Poles outside of the unit circle grow without bounds. A filter that adds up (the a_i sum up to zero) settles at nothing: its
-//! `initial_input` is zero. After a start at no multiple of T the second sample follows sooner than a period, and counts as one. A row
-//! of results at the very time of a sample has the output that was held until then, but for that at the start. Steps end at every
-//! sample: a period that is short beside the motion decides the run time.
+//! `initial_input` is zero. An input from an element that samples at the same time is what that held before: of filters and
+//! controllers in a row, each adds a period of delay. After a start at no multiple of T the second sample follows sooner than a
+//! period, and counts as one. A row of results at the very time of a sample has the output that was held until then, but for that
+//! at the start. Steps end at every sample: a period that is short beside the motion decides the run time.
 //!
 //! ## Example
 //!

@@ -22,10 +22,11 @@
 //!
 //! ## Singular cases
 //!
-//! After a start at no multiple of T the second sample follows sooner than a period, and counts as one. A row of results at the very time
-//! of a sample has the output that was held until then, but for that at the start. A function of time
-//! that jumps at a sampling instant is sampled after the jump. Steps end at every sample: a period that is short beside the motion decides
-//! the run time.
+//! After a start at no multiple of T the second sample follows sooner than a period, and counts as one. A row of results at the
+//! very time of a sample has the output that was held until then, but for that at the start. A function of time that jumps at a
+//! sampling instant is sampled after the jump; an input from an element that samples at the same time is what that held before,
+//! so that of filters and controllers in a row each adds a period of delay. Steps end at every sample: a period that is short
+//! beside the motion decides the run time.
 //!
 //! ## Example
 //!
