@@ -13,7 +13,8 @@
 //! back-calculation (Åström & Hägglund, Advanced PID Control, 2006, ch. 3). Without `tracking_time` it is the
 //! rule given there: T_t = sqrt(T_i T_d) = sqrt(kd / ki) with a derivative part, T_t = T_i = kp / ki without.
 //!
-//! Parts with a gain of zero are left out together with their states.
+//! Parts with a gain of zero are left out together with their states. An integral part at the start stays without `ki`: it is a
+//! constant then, led back at a limit only with `tracking_time`.
 //!
 //! ## Signs
 //! Positive gains drive a plant whose measured value grows with the output. All three gains are negative for the opposite.
@@ -132,10 +133,11 @@ impl Element for Pid {
             Some(filter_time) => Some(Derivative { gain: p.kd, filter_time }),
             None => return Err(ParamError::new("filter_time", "is missing: a derivative part needs a filter")),
         };
-        let integral = if p.ki == 0.0 {
+        let integral = if p.ki == 0.0 && p.initial_integral == 0.0 {
             None
         } else {
-            let tracking_rate = if limits.exist() { 1.0 / tracking_time(&p)? } else { 0.0 };
+            let is_led_back = limits.exist() && (p.ki != 0.0 || p.tracking_time.is_some());
+            let tracking_rate = if is_led_back { 1.0 / tracking_time(&p)? } else { 0.0 };
             Some(Integral { gain: p.ki, initial: p.initial_integral, tracking_rate })
         };
         Ok(Self { kp: p.kp, integral, derivative, limits })
@@ -149,7 +151,10 @@ fn tracking_time(p: &PidParameters) -> Result<f64, ParamError> {
     if time > 0.0 {
         return Ok(time);
     }
-    Err(ParamError::new("tracking_time", "is missing: the gains are not all of one sign, so it can't be had from them"))
+    Err(ParamError::new(
+        "tracking_time",
+        "is missing: it can be had from gains of one sign only, from ki and kp, or ki and kd if that is not zero",
+    ))
 }
 
 /// What (1) to (4) give.
