@@ -70,6 +70,7 @@ mod figures;
 mod formulation;
 mod guards;
 mod instant;
+mod island_scenes;
 mod islands;
 mod judge;
 mod keeper;
