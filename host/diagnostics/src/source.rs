@@ -56,7 +56,8 @@ impl Source {
     }
 
     /// A source without additions.
-    pub fn new(name: impl Into<String>, text: impl Into<Arc<str>>) -> Self {
+    pub fn new(name: impl Into<String>, text: impl Into<String>) -> Self {
+        let text: String = text.into();
         Source { name: name.into(), text: text.into(), additions: Vec::new() }
     }
 
