@@ -3,8 +3,8 @@
 use nalgebra::{Rotation3, Vector3};
 use odyn::analysis::Evaluator;
 
-use crate::contacts::run;
-use crate::support::{column, difference, open_text};
+use crate::contacts::{run, try_run};
+use crate::support::{Scratch, column, difference, open_text};
 
 /// Half the width of the trough, m.
 const WALLS: [f64; 2] = [0.3, 0.2];
@@ -105,6 +105,66 @@ fn balls_in_a_trough_move_alike_in_both_coordinates() {
             assert!(off < tolerance, "{friction}: `{}` differs by {off:.1e}", channel.name);
         }
     }
+}
+
+/// Balls that bounce and come to rest on a plane, each for itself.
+fn bouncing(count: usize) -> String {
+    let mut text = String::from(
+        "[plugins]\nlibraries = [\"joints\"]\n\
+         [simulation]\ngravity = [0, 0, -9.81]\nt_end = 1\noutput_step = 0.02\ntolerance = 1e-8\n",
+    );
+    for k in 0..count {
+        let radius = 0.04 + 0.003 * k as f64;
+        text += &format!(
+            "[[body]]\nname = \"ball{k}\"\nmass = {:?}\ninertia = [2e-4, 2e-4, 2e-4]\nposition = [{:?}, 0, {:?}]\n\
+             velocity = [{:?}, 0.2, 0]\nangular_velocity = [1, 3, {k}]\n\
+             [[joint]]\nname = \"floor{k}\"\ntype = \"plane-contact\"\nbodies = [\"ground\", \"ball{k}\"]\n\
+             frames = [{{ position = [0, 0, 0], axis = [0, 0, 1] }}, {{ position = [0, 0, 0] }}]\n\
+             params = {{ radius = {radius:?}, restitution = {:?}, mu = {:?} }}\n",
+            0.2 + 0.1 * (k % 3) as f64,
+            0.3 * k as f64,
+            radius + 0.02 + 0.007 * (k * 5 % count) as f64,
+            0.4 - 0.1 * (k % 4) as f64,
+            0.1 * (k % 7) as f64,
+            0.05 * (k % 5) as f64,
+        );
+        for component in ["x", "z"] {
+            text += &format!(
+                "[[output]]\nname = \"ball{k}.{component}\"\nquantity = \"position\"\nof = \"ball{k}\"\ncomponent = \"{component}\"\n",
+            );
+        }
+    }
+    text
+}
+
+/// Where many islands switch, the switches of one are no work of the others, and what happens is the same.
+#[test]
+fn many_that_switch_by_themselves_take_steps_of_their_own() {
+    let text = bouncing(12);
+    let [own, common] = ["auto", "together"].map(|word| run(&text, &[&format!("simulation.islands=\"{word}\"")]));
+    assert_eq!((own.summary.islands.len(), common.summary.islands.len()), (12, 0));
+    assert!(own.events.len() > 60 && own.events.len() == common.events.len());
+    for (a, b) in own.events.iter().zip(&common.events) {
+        assert_eq!((&a.element, a.kind), (&b.element, b.kind));
+        assert!((a.time - b.time).abs() < 1e-10, "{a:?} {b:?}");
+    }
+    for (channel, (a, b)) in own.channels.iter().zip(own.columns.iter().zip(&common.columns)) {
+        let off = difference(a, b);
+        assert!(off < 1e-10, "`{}` differs by {off:.1e}", channel.name);
+    }
+    // Each of them is an evaluation of all bodies, where they take common steps.
+    let [own, common] = [own.summary.evaluations, 12 * common.summary.evaluations];
+    assert!(3 * own < common, "{own} of one ball, {common} where all take part");
+}
+
+/// Few islands, and those of a run that is kept, take common steps.
+#[test]
+fn few_that_switch_take_common_steps_and_so_do_those_that_are_kept() {
+    assert!(run(&bouncing(7), &[]).summary.islands.is_empty());
+    assert_eq!(run(&bouncing(8), &[]).summary.islands.len(), 8);
+    let scratch = Scratch::new();
+    let kept = try_run(&bouncing(8), &["simulation.checkpoint_every=0.5"], Some(&scratch.path().join("kept"))).unwrap();
+    assert_eq!((kept.exit_code(), kept.summary.islands.len(), kept.summary.checkpoints), (0, 0, 1));
 }
 
 /// A radius, a mass, a position, a velocity and an angular velocity.

@@ -69,7 +69,7 @@ impl Model {
     /// The text of the scene.
     #[getter]
     fn text(&self) -> String {
-        self.document.source().text.clone()
+        self.document.source().text.to_string()
     }
 
     /// Further libraries and folders.

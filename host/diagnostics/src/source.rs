@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// A named text, together with the command-line texts that change it.
 ///
@@ -11,8 +12,8 @@ use std::path::{Path, PathBuf};
 pub struct Source {
     /// What is printed in front of line and column, usually the path as the user gave it.
     pub name: String,
-    /// The whole text, UTF-8.
-    pub text: String,
+    /// The whole text, UTF-8. Copies of a source share it.
+    pub text: Arc<str>,
     additions: Vec<Addition>,
 }
 
@@ -56,6 +57,7 @@ impl Source {
 
     /// A source without additions.
     pub fn new(name: impl Into<String>, text: impl Into<String>) -> Self {
+        let text: String = text.into();
         Source { name: name.into(), text: text.into(), additions: Vec::new() }
     }
 
@@ -79,8 +81,8 @@ impl Source {
     /// Where an offset lies, as a user counts; offsets beyond all texts give the end of `text`.
     pub fn locate(&self, offset: usize) -> Location {
         let (name, text, inner) = match self.addition(offset) {
-            Some(found) => (&found.name, &found.text, offset - found.start),
-            None => (&self.name, &self.text, offset),
+            Some(found) => (&found.name, &*found.text, offset - found.start),
+            None => (&self.name, &*self.text, offset),
         };
         let inner = floor_char_boundary(text, inner);
         let before = &text[..inner];
@@ -95,10 +97,10 @@ impl Source {
     /// The text a span falls into, with the span clamped to it; `None` if it falls into none.
     pub(super) fn part(&self, span: &Range<usize>) -> Option<Part<'_>> {
         let (name, text, start) = if span.start <= self.text.len() {
-            (&self.name, &self.text, 0)
+            (&self.name, &*self.text, 0)
         } else {
             let found = self.addition(span.start)?;
-            (&found.name, &found.text, found.start)
+            (&found.name, &*found.text, found.start)
         };
         let first = floor_char_boundary(text, span.start - start);
         let last = floor_char_boundary(text, span.end.saturating_sub(start)).max(first);

@@ -213,7 +213,11 @@ pub(super) fn simulation_keys() -> Vec<Key> {
         ("method", word(), "Method of integration."),
         ("engine", word(), "How the equations are evaluated."),
         ("formulation", word(), "Coordinates of the equations of motion."),
-        ("islands", word(), "Whether parts that share nothing take common steps or each its own."),
+        (
+            "islands",
+            word(),
+            "Whether parts that share nothing take common steps or each its own; `auto`: each its own where many of them switch.",
+        ),
         ("max_step", positive(Dimension::TIME), "Largest step."),
         ("fixed_step", positive(Dimension::TIME), "Steps of this size, without error control."),
         ("first_step", positive(Dimension::TIME), "First step."),

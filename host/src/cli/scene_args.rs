@@ -35,8 +35,8 @@ pub(super) struct SceneArgs {
     /// Coordinates of the equations of motion: auto, cartesian or joint
     #[arg(long, value_name = "NAME")]
     pub(super) formulation: Option<String>,
-    /// Parts of the scene that share nothing: together (default: common steps) or apart (each its own steps, method and
-    /// coordinates; errors up to the tolerance in each)
+    /// Parts of the scene that share nothing: together (common steps), apart (each its own steps, method and coordinates; errors
+    /// up to the tolerance in each) or auto (default: apart where eight or more of them switch, as contacts do)
     #[arg(long, value_name = "NAME")]
     pub(super) islands: Option<String>,
     /// Do without these savings, in place of the scene's own list: kinematic, row-choice,

@@ -14,7 +14,7 @@ use crate::session::SessionError;
 pub fn fitted_scene(path: &Path, overrides: &[Override], fit: &Fit) -> Result<String, SessionError> {
     let document = Document::open(path).map_err(|rejected| SessionError::from(*rejected))?;
     let source = document.source().clone();
-    let mut text = source.text.clone();
+    let mut text = source.text.to_string();
     let refused = |key: &str| {
         let message = format!("the fitted scene cannot be written: `{key}` has its value from the command line");
         let help = "write it in the scene, or use the `--set` texts of the fit";

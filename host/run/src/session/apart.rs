@@ -55,14 +55,19 @@ impl Session {
                 determined: own.determined,
             }
         });
-        Ok(Some(Apart { chosen: self.apart, together, islands: islands.collect() }))
+        Ok(Some(Apart { chosen: self.runs_apart(), together, islands: islands.collect() }))
     }
 }
 
 impl std::fmt::Display for Apart {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self.chosen {
-            true => writeln!(f, "the islands share nothing, and each takes steps of its own (--islands apart):")?,
+            true => {
+                writeln!(
+                    f,
+                    "the islands share nothing, and each takes steps of its own (--islands together: common steps):"
+                )?;
+            }
             false => writeln!(f, "the islands share nothing; each could take steps of its own (--islands apart):")?,
         }
         for island in self.islands.iter().take(SHOWN) {

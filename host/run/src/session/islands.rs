@@ -8,11 +8,12 @@
 //! would make far smaller than asked for, comes as close to the tolerance as that of any other.
 
 use std::borrow::Cow;
-use std::collections::{HashSet, VecDeque};
+use std::collections::VecDeque;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
 use super::error::SessionError;
+use super::island_scenes::Slices;
 use super::leg::{Leg, LegEnd, Told};
 use super::opened::Session;
 use super::prepared::Prepared;
@@ -20,12 +21,11 @@ use super::restart::Restart;
 use super::run::Run;
 use super::samplings::Rows::Sent;
 use super::sink::Sink;
-use crate::analysis::{Assembly, Scales};
+use crate::analysis::Scales;
 use crate::integrate::Flow;
-use crate::plan::{Island, Layout};
+use crate::plan::Island;
 use crate::pool;
 use crate::results::{Audit, Event, IslandWork, LOAD, POSE, ResultsError, Status, Summary};
-use crate::scene::OutputRecord;
 
 /// A scene falls as fast as sqrt(g L): below this share of it, speeds count as rest, whatever the rounding of resting islands.
 const REST: f64 = 1e-3;
@@ -143,13 +143,15 @@ impl Sink for Part<'_, '_> {
 impl Islands {
     /// What is known before the first step.
     pub(super) fn summary(&self) -> Summary {
-        let parts = self.summaries();
+        // The checksum is that of the text of all.
+        let parts = self.summaries("");
         self.whole.summary(&words(&parts, |own| &own.method), &words(&parts, |own| &own.engine))
     }
 
     /// The same of each island.
-    fn summaries(&self) -> Vec<Summary> {
-        self.parts.iter().map(|part| part.session.summary(part.method(), part.formulation())).collect()
+    fn summaries(&self, sha256: &str) -> Vec<Summary> {
+        let summary = |part: &Prepared| part.session.summary_of(sha256.to_owned(), part.method(), part.formulation());
+        self.parts.iter().map(summary).collect()
     }
 }
 
@@ -161,7 +163,7 @@ pub(super) fn islands_leg(
     since: Instant,
     mut told: Told<'_>,
 ) -> Result<LegEnd, SessionError> {
-    let mut summaries = islands.summaries();
+    let mut summaries = islands.summaries(&summary.scene_sha256);
     let Islands { whole, parts } = islands;
     let topology = &whole.plan.topology.islands;
     let ended = {
@@ -223,44 +225,6 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 impl Session {
-    /// Whether islands are integrated apart.
-    pub(super) fn runs_apart(&self) -> bool {
-        self.apart && self.plan.topology.islands.len() > 1
-    }
-
-    /// The islands as sessions of their own, from the start of this one.
-    ///
-    /// # Errors
-    /// As for [`Session::open`]; whatever is wrong with an island is wrong with the whole scene, and reported there first.
-    pub(super) fn islands(&self) -> Result<Vec<Session>, SessionError> {
-        let open = |island| self.island(island).map_err(|error| self.in_island(island, error));
-        self.plan.topology.islands.iter().map(open).collect()
-    }
-
-    fn island(&self, island: &Island) -> Result<Session, SessionError> {
-        let bodies: HashSet<&str> = island.bodies.iter().map(|body| self.model.bodies[*body].name.as_str()).collect();
-        let elements: HashSet<&str> =
-            island.elements.iter().map(|element| self.model.elements[*element].name.as_str()).collect();
-        let outputs: HashSet<&str> =
-            island.channels.iter().map(|channel| self.model.channels[*channel].name.as_str()).collect();
-        let mut scene = self.scene.clone();
-        // Bodies that are fixed are part of the ground.
-        scene.bodies.retain(|record| record.fixed || bodies.contains(record.name.value.as_str()));
-        scene.elements.retain(|record| elements.contains(record.name.value.as_str()));
-        scene.outputs.retain(|record: &OutputRecord| outputs.contains(record.name.value.as_str()));
-        scene.figures.clear();
-        scene.checks.clear();
-        scene.verification = None;
-        scene.simulation.islands = None;
-        let start = Some((self.begins.time, self.share_of(island)));
-        let mut own = Self::of_scene(scene, Vec::new(), &self.catalog, &self.options, start, Instant::now())?;
-        if let Some(state) = &self.begins.state {
-            own.load_memories(&state.memories)?;
-            own.begin_released(&state.released)?;
-        }
-        Ok(own)
-    }
-
     /// The places of what is shown of each island among what is shown of the whole.
     fn pictures(&self) -> Rows<'static> {
         let (bodies, loads) = (self.model.bodies.len(), self.model.shown_loads());
@@ -272,35 +236,6 @@ impl Session {
             Cow::Owned(poses.chain(loads).collect())
         });
         Rows::new(places.collect(), POSE * bodies + LOAD * loads.len())
-    }
-
-    /// What an island has of the assembled scene.
-    fn share_of(&self, island: &Island) -> Assembly {
-        let (layout, whole) = (&self.plan.layout, &self.assembly);
-        let mut share = Assembly {
-            working: island
-                .bodies
-                .iter()
-                .flat_map(|body| &whole.working[13 * body..13 * (body + 1)])
-                .copied()
-                .collect(),
-            references: Vec::new(),
-            discrete: Vec::new(),
-            moves: Vec::new(),
-            velocity_misses: Vec::new(),
-            chosen: Vec::new(),
-            ..*whole
-        };
-        for element in &island.elements {
-            let own = Slices::of(layout, *element);
-            share.working.extend(&whole.working[own.states]);
-            share.references.extend(&whole.references[own.references]);
-            share.discrete.extend(&whole.discrete[own.discrete]);
-        }
-        share.discrete.extend(&whole.discrete[layout.given_at..]);
-        // No work yet.
-        share.working.push(0.0);
-        share
     }
 
     /// Writes the end of an island into that of the whole scene.
@@ -425,30 +360,10 @@ impl Session {
     }
 
     /// An error that names the island.
-    fn in_island(&self, island: &Island, error: SessionError) -> SessionError {
+    pub(super) fn in_island(&self, island: &Island, error: SessionError) -> SessionError {
         let help = format!("in the island of `{}`, which runs apart", self.name_of(island));
         let diagnostics = error.diagnostics.into_iter().map(|diagnostic| diagnostic.help(help.clone())).collect();
         SessionError { diagnostics, ..error }
-    }
-}
-
-/// Where the numbers of an element lie.
-struct Slices {
-    /// In the working state.
-    states: std::ops::Range<usize>,
-    references: std::ops::Range<usize>,
-    discrete: std::ops::Range<usize>,
-}
-
-impl Slices {
-    fn of(layout: &Layout, element: usize) -> Self {
-        let states = layout.states_of(element);
-        let first = 13 * layout.bodies;
-        Self {
-            states: first + states.start..first + states.end,
-            references: layout.references_of(element),
-            discrete: layout.discrete_of(element),
-        }
     }
 }
 

@@ -39,6 +39,9 @@ impl Keeper {
         let Some(folder) = folder.filter(|_| simulation.checkpoint_every.is_some() || resumed.is_some()) else {
             return Ok(None);
         };
+        // Left to the program, these take common steps.
+        let asked = session.apart;
+        session.apart = Some(asked.unwrap_or(false));
         if session.runs_apart() {
             let message = "a run with checkpoints cannot integrate islands apart";
             let diagnostic = Diagnostic::error(codes::CONFLICTING_KEYS, message)

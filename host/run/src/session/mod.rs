@@ -34,7 +34,7 @@
 //! | `samplings.rs` | rows in the scene's units, kept and written |
 //! | `picture.rs` | what `motion.bin` begins with: bodies with shapes, elements, loads |
 //! | `batch.rs` | a scene by itself, from its start to results |
-//! | `crew.rs`, `islands.rs` | what is integrated side by side: the whole, or parts that share nothing |
+//! | `crew.rs`, `islands.rs`, `island_scenes.rs` | what is integrated side by side: the whole, or parts that share nothing |
 //! | `leg.rs` | a part of a run, from one time to another |
 //! | `keeper.rs` | keeps a run at its checkpoints, and continues from them |
 //! | `checkpoint.rs` | what a run that was killed is resumed from |
@@ -70,6 +70,7 @@ mod figures;
 mod formulation;
 mod guards;
 mod instant;
+mod island_scenes;
 mod islands;
 mod judge;
 mod keeper;

@@ -243,8 +243,8 @@ fn written(model: &Model, layout: &Layout, for_tree: bool) -> Equations {
     equations
 }
 
-/// Whether islands take steps of their own, by `islands` of `[simulation]`.
-fn apart(scene: &Scene) -> Result<bool, SessionError> {
+/// Whether islands take steps of their own, by `islands` of `[simulation]`; nothing where that is left to the program.
+fn apart(scene: &Scene) -> Result<Option<bool>, SessionError> {
     one_of("islands", scene.simulation.islands.as_ref(), &ISLANDS, scene)
 }
 

@@ -34,8 +34,8 @@ pub struct Session {
     pub(super) options: RunOptions,
     /// Where the elements come from, for the islands.
     pub(super) catalog: Catalog,
-    /// Islands take steps of their own.
-    pub(super) apart: bool,
+    /// Whether islands take steps of their own, where that is said.
+    pub(super) apart: Option<bool>,
     /// Where its run begins.
     pub(super) begins: Beginning,
     /// The scene file and the options, where it was opened from a file.

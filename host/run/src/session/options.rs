@@ -77,8 +77,9 @@ pub const FORMULATIONS: &[(&str, &str)] = &[
 /// The words for `start` of `[simulation]`: whether it is at equilibrium.
 pub(super) const STARTS: [(&str, bool); 2] = [("given", false), ("equilibrium", true)];
 
-/// The words for `islands` of `[simulation]`.
-pub(super) const ISLANDS: [(&str, bool); 2] = [("together", false), ("apart", true)];
+/// The words for `islands` of `[simulation]`: whether they run apart, if that is said.
+pub(super) const ISLANDS: [(&str, Option<bool>); 3] =
+    [("auto", None), ("together", Some(false)), ("apart", Some(true))];
 
 /// What the word of a setting stands for; the first of all where none is given.
 pub(super) fn one_of<T: Copy>(

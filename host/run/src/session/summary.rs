@@ -90,11 +90,16 @@ impl Session {
 
     /// What is known before the first step.
     pub(super) fn summary(&self, method: &str, engine: &str) -> Summary {
+        self.summary_of(checksum(self.scene.source.text.as_bytes()), method, engine)
+    }
+
+    /// The same where the checksum of the text is known.
+    pub(super) fn summary_of(&self, scene_sha256: String, method: &str, engine: &str) -> Summary {
         let units = &self.scene.units;
         Summary {
             status: Status::Running,
             scene: self.scene.source.name.clone(),
-            scene_sha256: checksum(self.scene.source.text.as_bytes()),
+            scene_sha256,
             overrides: self.options.overrides.iter().map(|change| change.text.clone()).collect(),
             title: self.scene.title.clone(),
             odyn_version: env!("CARGO_PKG_VERSION").into(),

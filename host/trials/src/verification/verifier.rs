@@ -110,7 +110,7 @@ impl Verifier {
         let scene = match read(path, &[]) {
             Ok((scene, _)) => scene,
             Err(rejected) => {
-                case.source = rejected.source.text.clone();
+                case.source = rejected.source.text.to_string();
                 return Begun {
                     path: path.into(),
                     ready: Err(render(&rejected.diagnostics, &rejected.source, false)),
@@ -118,7 +118,7 @@ impl Verifier {
                 };
             }
         };
-        case.source = scene.source.text.clone();
+        case.source = scene.source.text.to_string();
         if !scene.title.is_empty() {
             case.title = scene.title.clone();
         }
