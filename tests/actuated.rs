@@ -2,11 +2,14 @@
 
 use std::fs;
 
+use odyn::analyses::linear::Linear;
+use odyn::analyses::modes::Modes;
+use odyn::analyses::statics;
 use odyn::results::{Event, EventKind};
 use odyn::session::{RunReport, Session};
 
 use crate::contacts::{every_way_agrees, run, try_run};
-use crate::support::{Scratch, column, difference, leg, options, root};
+use crate::support::{Scratch, column, difference, leg, open_text, options, root};
 
 fn brakes() -> String {
     fs::read_to_string(root().join("scenes/verification/actuated-brakes.toml")).unwrap()
@@ -237,4 +240,23 @@ fn a_docking_port_is_a_plastic_impact_in_the_limit() {
             assert!((momentum - 1.0).abs() < 1e-10, "{momentum}");
         }
     }
+}
+
+#[test]
+fn a_brake_that_is_off_holds_nothing_in_analyses_of_the_start() {
+    let spring = "[[force]]\nname = \"spring\"\ntype = \"rotational-spring-damper\"\nbodies = [\"ground\", \"disc\"]\n\
+                  point = [0, 0, 0]\naxis = [0, 0, 1]\nparams.stiffness = 50\n\
+                  [[control]]\nname = \"c\"\ntype = \"signal-source\"\nparams.function = \"t - 1\"\n";
+    let text = disc(0.0, 0.0, 1.0, spring).replace("params.z = 2", "params.z = 0");
+    let frequencies = |sets: &[&str]| -> Vec<f64> {
+        let instant = open_text(&text, sets).prepare().unwrap().start().unwrap().instant().unwrap();
+        let session = open_text(&text, sets);
+        let linear = Linear::at(&session, &instant, Some(&[]), Some(&[])).unwrap_or_else(|error| panic!("{error}"));
+        Modes::of(&session, &linear).unwrap().modes.iter().map(|mode| mode.imaginary).collect()
+    };
+    let found = frequencies(&[]);
+    assert!(found.len() == 1 && (found[0].abs() - 10.0).abs() < 1e-9, "{found:?}");
+    assert_eq!(frequencies(&["brake.params.capacity=2"]), [0.0; 0]);
+    let held = |sets: &[&str]| statics::equilibrium(&open_text(&text, sets), &mut |_| ()).unwrap().friction.len();
+    assert_eq!((held(&[]), held(&["brake.params.capacity=2"])), (0, 1));
 }
