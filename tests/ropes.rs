@@ -85,3 +85,69 @@ fn a_wrong_number_of_bodies_is_told_at_their_list() {
         assert!(error.contains(words), "{error}");
     }
 }
+
+/// A load m on a rope from a drum of the radius 0.2 m with the moment of inertia J, on the ground; the drum turns with `speed` (to the left:
+/// it takes rope in), `length` of rope is out. `more` goes behind the rope's parameters.
+fn winch(t_end: f64, speed: f64, length: f64, more: &str) -> String {
+    format!(
+        "[plugins]\nlibraries = [\"odyn-joints\"]\n[simulation]\ngravity = [0, 0, -9.81]\nt_end = {t_end:?}\noutput_step = 0.01\n\
+         tolerance = 1e-11\n[[body]]\nname = \"drum\"\nmass = 20\ninertia = [0.3, 0.4, 0.3]\nangular_velocity = [0, {:?}, 0]\n\
+         [[body]]\nname = \"load\"\nmass = 10\ninertia = [0.1, 0.1, 0.1]\nposition = [0.2, 0, -1]\nvelocity = [0, 0, 0]\n\
+         [[joint]]\nname = \"bearing\"\ntype = \"revolute\"\nbodies = [\"ground\", \"drum\"]\npoint = [0, 0, 0]\naxis = [0, -1, 0]\n\
+         [[joint]]\nname = \"guide\"\ntype = \"translational\"\nbodies = [\"ground\", \"load\"]\npoint = [0.2, 0, -1]\naxis = [0, 0, 1]\n\
+         [[joint]]\nname = \"winch\"\ntype = \"rope\"\nbodies = [\"drum\", \"ground\", \"load\"]\n\
+         frames = [{{ position = [0, 0, 0], axis = [0, -1, 0] }}, {{ position = [0.2, 0, 0], axis = [0, -1, 0] }}, {{ position = [0, 0, 0] }}]\n\
+         params.begin_drum = 0.2\nparams.length = {length:?}\n{more}\n\
+         [[output]]\nname = \"z\"\nquantity = \"position\"\nof = \"load\"\ncomponent = \"z\"\n\
+         [[output]]\nname = \"angle\"\nquantity = \"coordinate\"\nof = \"bearing\"\nchannel = \"angle\"\n\
+         [[output]]\nname = \"tension\"\nquantity = \"reaction_force\"\nof = \"winch\"\non = \"load\"\ncomponent = \"z\"\n\
+         [[output]]\nname = \"torque\"\nquantity = \"reaction_torque\"\nof = \"winch\"\non = \"drum\"\ncomponent = \"y\"\n\
+         [[output]]\nname = \"bearing\"\nquantity = \"reaction_force\"\nof = \"bearing\"\non = \"drum\"\ncomponent = \"z\"\n",
+        -speed
+    )
+}
+
+#[test]
+fn a_load_runs_off_a_drum_over_many_turns() {
+    let report = every_way_agrees(&winch(4.0, 0.0, 1.0, ""), 1e-8);
+    // m g - T = m a, T r = J a / r.
+    let a = 9.81 / (1.0 + 0.4 / (10.0 * 0.04));
+    let columns = ["z", "angle", "tension", "torque", "bearing"].map(|name| column(&report, name));
+    for (k, t) in report.times.iter().enumerate() {
+        let fall = 0.5 * a * t * t;
+        // What turns the drum is a torque, about -y for a load that goes down; its bearing carries the drum's weight.
+        let expected = [-1.0 - fall, -fall / 0.2, 10.0 * (9.81 - a), 0.2 * 10.0 * (9.81 - a), 20.0 * 9.81];
+        for (found, expected) in columns.iter().zip(expected) {
+            assert!((found[k] - expected).abs() < 1e-9 * expected.abs().max(1.0), "{t}: {} {expected}", found[k]);
+        }
+    }
+    assert!(column(&report, "angle")[400] < -190.0);
+}
+
+#[test]
+fn a_drum_winds_loose_rope_in_and_then_lifts_its_load() {
+    // On a floor: 0.1 m of loose rope, wound in at 0.2 * 5 m/s.
+    let floor = "params.slack = true\n[[joint]]\nname = \"floor\"\ntype = \"translational-stop\"\nbodies = [\"ground\", \"load\"]\n\
+                 point = [0.2, 0, -1]\naxis = [0, 0, 1]\nparams = { lower = 0, restitution = 0 }\n";
+    let report = every_way_agrees(&winch(0.3, 5.0, 1.1, floor), 1e-8);
+    let impact =
+        report.events.iter().find(|event| event.kind == EventKind::Impact && event.element == "winch").unwrap();
+    assert!((impact.time - 0.1).abs() < 1e-10, "{impact:?}");
+    // J w = (J + m r^2) w': both move on with half the speed, and then as a load on a drum does.
+    let (z, speed, a) = (column(&report, "z"), 0.5, -9.81 / 2.0);
+    for (k, t) in report.times.iter().enumerate() {
+        let s = (t - 0.1).max(0.0).min(0.5 / 9.81 * 4.0);
+        assert!((z[k] - (-1.0 + speed * s + 0.5 * a * s * s).max(-1.0)).abs() < 1e-9, "{t}: {}", z[k]);
+    }
+    let lost = 0.5 * 0.4 * 25.0 / 2.0;
+    assert!((impact.lost - lost).abs() < 1e-9, "{impact:?}");
+}
+
+#[test]
+fn a_drum_needs_something_that_the_rope_leaves_it_on() {
+    let text = winch(1.0, 0.0, 1.0, "params.end_drum = 0.1");
+    let error = try_run(&text, &[]).expect_err("two drums");
+    assert!(error.contains("a rope with 2 drums connects 4 bodies or more"), "{error}");
+    let error = try_run(&winch(1.0, 0.0, 1.0, ""), &["winch.params.begin_drum=-0.2"]).expect_err("a radius");
+    assert!(error.contains("begin_drum"), "{error}");
+}

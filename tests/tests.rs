@@ -11,6 +11,7 @@
 //! | `relay.rs` | memories that jump switch at the instants of closed forms, in every way, and are kept |
 //! | `remembering.rs` | what elements of others count and keep at instants is that of the instant |
 //! | `friction.rs` | rows that hold up to a limit: they stick and slide as closed forms say, in every way |
+//! | `actuated.rs` | brakes and clutches that signals actuate: they stick and slide at the instants of closed forms, in every way |
 //! | `inertia.rs` | elements with mass and flexible coordinates of their own move as bodies, finite elements and closed forms do |
 //! | `inertia_contacts.rs` | the mass of such elements takes part in impacts and in what sticks |
 //! | `stiffening.rs` | turning and weighing down change the stiffness of bodies that bend as closed forms say |
@@ -76,6 +77,7 @@
 
 #![allow(clippy::unwrap_used)] // in a test, the panic is the message
 
+mod actuated;
 mod allocations;
 mod analyses;
 mod authors;

@@ -200,6 +200,7 @@ impl Recording {
     fn check_states_of_rows(&self, limits: &Limits, given: &impl Fn(Role) -> bool) -> Result<(), String> {
         let of_states = self.depending_on(|input| matches!(input, Input::State(_)));
         let of_signals = self.depending_on(|input| matches!(input, Input::Signal(_) | Input::Discrete(_)));
+        let of_memory = self.depending_on(|input| matches!(input, Input::Discrete(_)));
         for output in &self.outputs {
             let (states, signals) = (of_states[output.node as usize], of_signals[output.node as usize]);
             match output.role {
@@ -211,9 +212,9 @@ impl Recording {
                 Role::Coordinate(k) if signals || states => {
                     return Err(format!("coordinate {k} depends on a state or a signal: take it from positions"));
                 }
-                Role::Limit(k) if signals => {
+                Role::Limit(k) if of_memory[output.node as usize] => {
                     return Err(format!(
-                        "the limit of row {k} depends on a signal or on memory: pass it through a state"
+                        "the limit of row {k} depends on memory: give that as a channel, and take it as a signal"
                     ));
                 }
                 Role::Condition(k) if limits.kind == Kind::Joint && (signals || states) => {

@@ -3,15 +3,21 @@
 //!
 //! ## Equations
 //!
-//! One row on velocities that holds up to a limit, the capacity C(t) >= 0, with the torque M on body `j`:
+//! One row on velocities that holds up to a limit, the capacity C >= 0, with the torque M on body `j`:
 //!
 //! | row | equation | |
 //! |---|---|---|
-//! | spin | w = z_i . (omega_j - omega_i) = 0 | as long as |M| <= C(t) |
+//! | spin | w = z_i . (omega_j - omega_i) = 0 | as long as |M| <= C |
+//! | capacity | C = `capacity`(t) + input `engagement`, and with that not less than 0 | |
 //!
-//! While the clutch is locked M is what holds it. Where that reaches C it begins to slip, and while it slips M = -C(t) w / |w|, until w is zero:
+//! While the clutch is locked M is what holds it. Where that reaches C it begins to slip, and while it slips M = -C w / |w|, until w is zero:
 //! then it locks again, or slips the other way, whichever the torques of the instant ask for. Steps end where that happens
-//! (`events.csv`); what is locked does not creep. The heat is C |w|.
+//! (`events.csv`), also where C falls below what is held, at once or by and by; what is locked does not creep. The heat is C |w|.
+//!
+//! The input is for what is actuated: a controller, a pedal, the pressure of a cylinder. A normal force or a pressure becomes a torque by
+//! the gain of the input: `inputs.engagement = { signal = "cylinder.output", gain = "mu * r_mean * faces" }` (the sum of all friction
+//! faces; gain in N m per unit of the signal). A brake that a spring closes and that a signal opens has its `capacity` from the spring, and
+//! a negative gain. What the sum has below zero is a pedal that is not touched: it counts as zero.
 //!
 //! (Pfeiffer & Glocker, Multibody Dynamics with Unilateral Contacts, 1996, ch. 5.)
 //!
@@ -21,8 +27,10 @@
 //!
 //! ## Singular cases
 //!
-//! Other rotations are free: a joint has to keep the axes together. A capacity that becomes negative ends the run with an error. An
-//! impact elsewhere lets it slip: in no time its torque gives no impulse.
+//! Other rotations are free: a joint has to keep the axes together. A `capacity` over time that becomes negative, without a
+//! signal, ends the run with an error. An impact elsewhere lets it slip: in no time its torque gives no impulse. A signal that is made
+//! of accelerations or reactions (its own torque among them) is refused: what may be held would depend on what is held. A sensor with
+//! a time constant between them is what a real one is.
 //!
 //! ## Example
 //!
@@ -86,7 +94,7 @@ pub struct Clutch(ClutchParameters);
 /// Its parameters, as a scene gives them.
 #[derive(Debug, Clone, Parameters)]
 pub struct ClutchParameters {
-    /// The largest torque that it transmits, over time.
+    /// The largest torque that it transmits, over time; the input `engagement` is added. 0: the signal alone.
     #[param(unit = "s -> N m", variable = "t")]
     pub capacity: Function,
 }
@@ -109,6 +117,8 @@ impl Element for Clutch {
 impl Constraint for Clutch {
     const ROWS: &'static [&'static str] = &[];
     const VELOCITY_ROWS: &'static [&'static str] = &["spin"];
+    const INPUTS: &'static [InputSpec] =
+        &[InputSpec::optional("engagement", "N m", 0.0, "added to `capacity`; a sum below zero is none")];
 
     fn residual<S: Scalar>(&self, _: &Configuration<'_, S>, _: &mut Rows<'_, S>) {}
 
@@ -117,6 +127,6 @@ impl Constraint for Clutch {
     }
 
     fn limit<S: Scalar>(&self, _: usize, at: &Motion<'_, S>) -> Option<S> {
-        Some(self.0.capacity.at(at.time()))
+        Some(self.0.capacity.at(at.time()) + at.inputs[0])
     }
 }

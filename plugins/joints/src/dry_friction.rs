@@ -6,12 +6,15 @@
 //!
 //! | row | equation | |
 //! |---|---|---|
-//! | along z | v = z_i . (v_j - v_i - omega_i x d) = 0 | as long as |F| <= `force` |
-//! | about z | w = z_i . (omega_j - omega_i) = 0 | as long as |M| <= `torque` |
+//! | along z | v = z_i . (v_j - v_i - omega_i x d) = 0 | as long as |F| <= `force` + input `force` |
+//! | about z | w = z_i . (omega_j - omega_i) = 0 | as long as |M| <= `torque` + input `torque` |
 //!
-//! While a row holds, F (M) is what holds it. Where that reaches its limit the joint begins to slide; then F = -`force` v / |v| until v is zero.
+//! While a row holds, F (M) is what holds it. Where that reaches its limit B the joint begins to slide; then F = -B v / |v| until v is zero.
 //! There it sticks again, or slides the other way, whichever the forces of the instant ask for. Steps end where that happens
-//! (`events.csv`). The heat is `force` |v| + `torque` |w|.
+//! (`events.csv`), also where B falls below what is held. The heat is the sum of B |v|.
+//!
+//! The inputs are for brakes that are actuated: `params.force = 0` and `inputs.force = { signal = "caliper.output", gain = 0.8 }` is a pair
+//! of pads with a coefficient of friction of 0.4 that a signal in N presses. A sum below zero counts as zero: pads do not push.
 //!
 //! The joint itself is a separate element, which keeps the axes together. `clutch` is the same with a torque over time; `plane-contact`
 //! has friction that its own normal force limits; `joint-friction` takes the reaction of a joint, and creeps.
@@ -24,7 +27,8 @@
 //!
 //! ## Singular cases
 //!
-//! None. An impact elsewhere lets it slide: in no time its force gives no impulse.
+//! An impact elsewhere lets it slide: in no time its force gives no impulse. Signals that are made of accelerations or reactions are
+//! refused, as those of `clutch` are. An input whose parameter is not given acts on nothing, and a warning says so.
 //!
 //! ## Example
 //!
@@ -75,10 +79,10 @@ pub struct DryFriction(DryFrictionParameters);
 /// Its parameters, as a scene gives them.
 #[derive(Debug, Clone, Copy, Parameters)]
 pub struct DryFrictionParameters {
-    /// The largest force along the axis; not given: none.
+    /// The largest force along the axis, to which the input `force` is added; not given: none.
     #[param(unit = "N", min = 0.0, example = 4.0)]
     pub force: Option<f64>,
-    /// The largest torque about the axis; not given: none.
+    /// The largest torque about the axis, to which the input `torque` is added; not given: none.
     #[param(unit = "N m", min = 0.0, example = 2.0)]
     pub torque: Option<f64>,
 }
@@ -107,6 +111,10 @@ impl DryFriction {
 impl Constraint for DryFriction {
     const ROWS: &'static [&'static str] = &[];
     const VELOCITY_ROWS: &'static [&'static str] = &["along z", "about z"];
+    const INPUTS: &'static [InputSpec] = &[
+        InputSpec::optional("force", "N", 0.0, "added to `force`; a sum below zero is none"),
+        InputSpec::optional("torque", "N m", 0.0, "added to `torque`; a sum below zero is none"),
+    ];
 
     fn uses_row(&self, row: usize) -> bool {
         self.limits()[row].is_some()
@@ -120,7 +128,7 @@ impl Constraint for DryFriction {
         rows.push(at.spin_about_z(0, 1));
     }
 
-    fn limit<S: Scalar>(&self, row: usize, _: &Motion<'_, S>) -> Option<S> {
-        self.limits()[row].map(S::from)
+    fn limit<S: Scalar>(&self, row: usize, at: &Motion<'_, S>) -> Option<S> {
+        self.limits()[row].map(|limit| at.inputs[row] + limit)
     }
 }

@@ -85,13 +85,15 @@ impl Search<'_> {
     pub(super) fn grip(&mut self, inputs: &mut [f64], wanted: bool) -> Result<(), String> {
         let sets = &self.session.model.sets;
         let rates = self.grips.rates.run(inputs, sets).map_err(|error| error.to_string())?.to_vec();
+        let limits = self.grips.limits.run(inputs, sets).map_err(|error| error.to_string())?;
         let mut rates = rates.as_slice();
         for (number, friction) in self.grips.frictions.iter().enumerate() {
             let (own, rest) = rates.split_at(friction.rows.len());
             rates = rest;
             let speed = own.iter().map(|rate| rate * rate).sum::<f64>().sqrt();
             let slides = speed > SLIDES * self.length;
-            self.grips.released[number] = slides || !wanted;
+            // What may hold nothing is a brake that is off.
+            self.grips.released[number] = slides || !wanted || limits[number] == 0.0;
             for (k, rate) in own.iter().enumerate() {
                 inputs[self.layout.discrete_slot() + friction.direction_at + k] =
                     if slides { rate / speed } else { 0.0 };
@@ -189,7 +191,8 @@ impl Search<'_> {
         }
         let result = sticking.iter().zip(shares).map(|(number, share)| {
             let share = if held { share.min(1.0) } else { share };
-            Held { name: self.friction_name(*number), share, holds: held || share <= 1.0 + NONE }
+            let holds = (held || share <= 1.0 + NONE) && limits[*number] > 0.0;
+            Held { name: self.friction_name(*number), share, holds }
         });
         let mut result: Vec<Held> = result.collect();
         // Contacts that would have to pull leave nothing to blame: then none of them holds.

@@ -113,7 +113,7 @@ fn sources_of(
     (sources, mistakes)
 }
 
-/// Warns of what is given from outside and goes nowhere.
+/// Warns of what is given from outside and goes nowhere, and of what is connected to an input that an element does without.
 pub(super) fn warn_of_unused(scene: &Scene, channels: &[Channel], instances: &[Instance], found: &mut Vec<Diagnostic>) {
     let mut used = vec![false; scene.inputs.len()];
     for quantity in instances.iter().flat_map(Instance::signals).chain(channels.iter().map(|channel| &channel.quantity))
@@ -127,8 +127,29 @@ pub(super) fn warn_of_unused(scene: &Scene, channels: &[Channel], instances: &[I
         found.push(
             Diagnostic::warning(codes::UNUSED_INPUT, message)
                 .at(input.name.span.clone(), "changing it changes nothing")
-                .help("name it under `inputs` of a force or control element, or take it away"),
+                .help("name it under `inputs` of an element, or take it away"),
         );
+    }
+    for record in &scene.elements {
+        let Some(instance) = instances.iter().find(|instance| instance.name == record.name.value) else { continue };
+        let taken = |k: usize| {
+            let ops = instance.recording.ops.iter().filter_map(|raw| Op::decode(*raw));
+            ops.into_iter().any(|op| op == Op::Input(Input::Signal(k as u32)))
+        };
+        for given in record.inputs.iter().filter(|_| !instance.class.opaque) {
+            let place = instance.class.inputs.iter().position(|input| input.name == given.name.value);
+            if place.is_some_and(|k| !taken(k)) {
+                let message = format!(
+                    "`{}` does without its input `{}` with the parameters that it has",
+                    instance.name, given.name.value
+                );
+                found.push(
+                    Diagnostic::warning(codes::UNUSED_INPUT, message)
+                        .at(given.name.span.clone(), "this signal changes nothing")
+                        .help(format!("`odyn elements describe {}` says what takes it", instance.class.name)),
+                );
+            }
+        }
     }
 }
 
@@ -308,7 +329,7 @@ fn visit(
 }
 
 /// The signals that a result of an element depends on.
-fn signals_of(instance: &Instance, role: Role) -> Vec<usize> {
+pub(super) fn signals_of(instance: &Instance, role: Role) -> Vec<usize> {
     if instance.class.opaque {
         return (0..instance.class.inputs.len()).collect();
     }

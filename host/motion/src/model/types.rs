@@ -9,6 +9,7 @@ use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 
 use super::parameters::dimension_of;
 use super::release::Release;
+use super::signals::signals_of;
 use crate::catalog::LibraryInfo;
 use crate::scene::Dimension;
 
@@ -192,6 +193,12 @@ impl Instance {
     #[must_use]
     pub fn gives_more_than_rows(&self) -> bool {
         self.has_states() || !self.recording.initial_discrete.is_empty() || !self.class.reported().is_empty()
+    }
+
+    /// Whether what its rows hold up to is made of signals: these are written down behind the joints.
+    #[must_use]
+    pub fn limits_follow(&self) -> bool {
+        !self.inputs.is_empty() && self.rows.iter().any(|row| !signals_of(self, Role::Limit(*row as u32)).is_empty())
     }
 
     /// Whether it is a force that may let go.

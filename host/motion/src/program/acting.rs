@@ -69,7 +69,7 @@ impl Equations {
     /// Writes down all force and control elements. Bodies and joints are there already. Gives what the elements store.
     pub(super) fn add_acting_elements(&mut self, model: &Model, layout: &Layout) -> Stored {
         let elements = model.elements.iter().map(|element| {
-            if element.class.kind == Kind::Joint && !element.gives_more_than_rows() {
+            if element.class.kind == Kind::Joint && !element.gives_more_than_rows() && !element.limits_follow() {
                 return Import::default();
             }
             let first_table = self.graph.tables.len() as u32;
@@ -88,6 +88,7 @@ impl Equations {
                 self.inertial = true;
             }
         }
+        self.add_limits_of_signals(&mut imports);
         for (index, element) in model.elements.iter().enumerate() {
             if element.class.kind != Kind::Joint {
                 self.add_acting(index, &mut imports);
@@ -97,6 +98,22 @@ impl Equations {
         }
         self.move_rows_with_states(model, layout);
         imports.stored
+    }
+
+    /// What rows of joints hold up to, where that follows signals; no reaction is behind these ([`Equations::solved_limit`]).
+    fn add_limits_of_signals(&mut self, imports: &mut Imports<'_>) {
+        let mut limits = Vec::new();
+        for (index, element) in imports.model.elements.iter().enumerate().filter(|(_, one)| one.limits_follow()) {
+            let roles = element.rows.iter().map(|row| Role::Limit(*row as u32));
+            let own = roles.filter_map(|role| Some((role, self.role(index, role, imports)?))).collect();
+            limits.push((index, own));
+        }
+        if !limits.is_empty() {
+            self.add_signalled_frictions(limits, imports.model, imports.layout);
+            // Reactions contain from here on what these have while they slide.
+            imports.reactions.clear();
+            imports.elements.iter_mut().for_each(|import| import.nodes.fill(None));
+        }
     }
 
     /// What any element gives: channels, rates of states, discrete states after a step.

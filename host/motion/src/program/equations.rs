@@ -417,7 +417,9 @@ impl Equations {
         written.coordinate_rows = rows.split_off(element.rows.len());
         self.add_contacts(element, layout.row_at[index]);
         Arc::make_mut(&mut self.rows).extend(rows);
-        self.add_frictions(index, element, &values, layout);
+        if !element.limits_follow() {
+            self.add_frictions(index, element, &values, layout);
+        }
     }
 
     /// Takes off as a load what elements lend to a body: m v', and J omega'' + omega' x J omega'.

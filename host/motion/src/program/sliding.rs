@@ -12,7 +12,7 @@ use element_api::recording::Role;
 use odyn_graph::Node;
 
 use super::equations::Equations;
-use crate::model::Instance;
+use crate::model::{Instance, Model};
 use crate::plan::Layout;
 
 /// Keeps the direction zero where nothing slides.
@@ -49,6 +49,13 @@ impl Equations {
         contacts.chain(self.frictions.iter().map(|friction| friction.rows[0]))
     }
 
+    /// A row whose limit depends on accelerations or multipliers, which follow from it.
+    #[must_use]
+    pub fn solved_limit(&self, layout: &Layout) -> Option<usize> {
+        let found = self.frictions.iter().find(|friction| !self.solved_inputs(&[friction.limit], layout).is_empty());
+        found.map(|friction| friction.rows[0])
+    }
+
     /// The multiplier of a row: that which is solved for, or that of a row that slides.
     pub(super) fn multiplier(&mut self, row: usize, layout: &Layout) -> Node {
         let solved = self.graph.input(layout.multiplier_slot() + row);
@@ -78,7 +85,7 @@ impl Equations {
         self.graph.neg(product)
     }
 
-    /// The rows of a joint that hold up to a limit; its results by role.
+    /// The rows of a joint that hold up to a limit; its results by role. See [`Instance::limits_follow`].
     pub(super) fn add_frictions(&mut self, index: usize, element: &Instance, values: &[(Role, Node)], layout: &Layout) {
         let (recording, first) = (&element.recording, layout.row_at[index]);
         let place = |number: u32| {
@@ -102,6 +109,25 @@ impl Equations {
             direction_at += count;
             self.slide(friction, layout);
         }
+    }
+
+    /// The frictions of joints whose limits follow signals, in their place among the others; such a limit is never below zero.
+    pub(super) fn add_signalled_frictions(
+        &mut self,
+        limits: Vec<(usize, Vec<(Role, Node)>)>,
+        model: &Model,
+        layout: &Layout,
+    ) {
+        for (index, mut values) in limits {
+            let element = &model.elements[index];
+            if element.inputs.iter().any(|source| source.quantity().is_some()) {
+                let zero = self.graph.constant(0.0);
+                values.iter_mut().for_each(|(_, limit)| *limit = self.graph.select(*limit, zero, zero, *limit));
+            }
+            self.add_frictions(index, element, &values, layout);
+        }
+        self.frictions.sort_by_key(|friction| friction.rows[0]);
+        self.set_open(&[]);
     }
 
     /// Loads and power of a friction while it slides.

@@ -47,6 +47,8 @@ impl Switches {
                 element.loads.iter().flat_map(|load| load.force.into_iter().chain(load.torque)).collect();
             let end = layout.state_at.get(index + 1).copied().unwrap_or(layout.states);
             own.extend(&equations.state_rates[layout.state_at[index]..end]);
+            let rows = layout.rows_of(index);
+            own.extend(equations.frictions.iter().filter(|one| rows.contains(&one.rows[0])).map(|one| one.limit));
             let count = conditions(graph, &graph.ancestors(&own, |_| false), &moving).len();
             if count > 0 {
                 found.push((index, count));

@@ -45,11 +45,13 @@ impl Run<'_> {
         }
         // Whatever is looked up for this is no part of the run.
         self.interrupted = true;
-        let inputs = self.system.solved_inputs(self.time, &self.state).map_err(|error| {
+        let found = self.system.solved_inputs(self.time, &self.state);
+        let found = found.and_then(|inputs| Ok((inputs, self.system.closed_that_hold(self.time, &self.state)?)));
+        let (inputs, closed) = found.map_err(|error| {
             let error = IntegrateError::System { t: self.time, cause: Box::new(error) };
             self.session.integration_error(&error)
         })?;
-        let (closed, released) = (self.system.closed_contacts().to_vec(), self.system.released());
+        let released = self.system.released();
         Ok(Instant { time: self.time, inputs, closed, released })
     }
 }

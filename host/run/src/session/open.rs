@@ -7,7 +7,7 @@ use super::checkpoint::Origin;
 use super::decide::decide;
 use super::error::SessionError;
 use super::libraries::load_libraries;
-use super::modes::blind;
+use super::modes::{blind, refuse_solved_limit};
 use super::objections::{assembly_error, assembly_warnings, distance_warning, reaction_warnings, time_warning};
 use super::opened::{Beginning, Session};
 use super::options::{ISLANDS, RunOptions, STARTS, one_of};
@@ -152,6 +152,7 @@ impl Session {
             && model.bodies.len() >= MANY
             && SpanningTree::new(&model, |_| true).closes_no_loop(&layout);
         let mut equations = written(&model, &layout, for_tree);
+        refuse_solved_limit(&scene, &model, &equations, &layout)?;
         let refuse = |error: AssemblyError| assembly_error(&error, &scene);
         let t = start.as_ref().map_or(scene.simulation.t_start, |(t, _)| *t);
         let assembled = |equations: &Equations, model: &Model| match &start {

@@ -227,6 +227,15 @@ impl Simulation<'_> {
         }
     }
 
+    /// Those that are closed or stick, without what may hold nothing: a brake that is off.
+    pub(in crate::session) fn closed_that_hold(&mut self, t: f64, state: &[f64]) -> Result<Vec<usize>, AnalysisError> {
+        let limits = self.limits(t, state)?;
+        let first = self.touch.as_ref().map_or(0, Touch::first_friction);
+        let holds =
+            |k: &usize| k.checked_sub(first).and_then(|number| limits.get(number)).is_none_or(|limit| *limit > 0.0);
+        Ok(self.closed_contacts().iter().copied().filter(holds).collect())
+    }
+
     /// A contact that was taken for closed is open: what depends on it neither sticks nor slides. Of rows that stick together, and whose
     /// shares rigid bodies do not determine, one that was given too large a share takes what it can.
     pub(in crate::session) fn release(&mut self, contact: usize, closed: &mut Vec<usize>) {
