@@ -24,6 +24,8 @@ const CLOSED: f64 = 1e-9;
 const SURE: f64 = 1e-10;
 /// Derivatives below this share of values over the parameter are none.
 const NONE: f64 = 1e-7;
+/// Those below this share are taken as shares of it: OFF of that is less than what runs leave of the values themselves.
+const SLIGHT: f64 = 1e-3;
 
 /// A closed form over time: its output, its formula, and the samples for which it holds.
 struct Form {
@@ -136,6 +138,7 @@ fn judge(path: &Path, own: &Session, key: &str, value: f64, judged: &mut Judged)
         if size <= NONE * largest / value.abs() {
             continue;
         }
+        let size = size.max(SLIGHT * largest / value.abs());
         for k in places {
             if exact[k][1] > SURE * size || !one.derivative[k].is_finite() {
                 continue;

@@ -136,7 +136,7 @@ fn a_drum_winds_loose_rope_in_and_then_lifts_its_load() {
     // J w = (J + m r^2) w': both move on with half the speed, and then as a load on a drum does.
     let (z, speed, a) = (column(&report, "z"), 0.5, -9.81 / 2.0);
     for (k, t) in report.times.iter().enumerate() {
-        let s = (t - 0.1).max(0.0).min(0.5 / 9.81 * 4.0);
+        let s = (t - 0.1).clamp(0.0, 0.5 / 9.81 * 4.0);
         assert!((z[k] - (-1.0 + speed * s + 0.5 * a * s * s).max(-1.0)).abs() < 1e-9, "{t}: {}", z[k]);
     }
     let lost = 0.5 * 0.4 * 25.0 / 2.0;

@@ -160,7 +160,7 @@ impl Model {
             return Err(refuse(message, "write the text to a file and load that, or leave out `folder`"));
         }
         match std::fs::read_to_string(&self.path) {
-            Ok(text) if text == self.document.source().text => Ok(&self.path),
+            Ok(text) if *text == *self.document.source().text => Ok(&self.path),
             Ok(_) => Err(refuse(format!("`{}` has changed since it was loaded", self.path.display()), "load it again")),
             Err(error) => Err(refuse(format!("cannot read `{}`: {error}", self.path.display()), "load it again")),
         }

@@ -89,50 +89,21 @@
 //! of = "load"
 //! component = "z"
 //! ```
-
 //!
-//! A load that runs down from a drum that nothing holds: with the drum's moment of inertia J it falls with g / (1 + J / (m r^2)).
+//! A winch, whose drum turns about the same axis; a load on a drum with the moment of inertia J that nothing holds falls with
+//! g / (1 + J / (m r^2)):
 //!
-//! ```toml
-//! [plugins]
-//! libraries = ["odyn-joints"]
-//!
-//! [simulation]
-//! gravity = [0, 0, -9.81]
-//! t_end = 0.5
-//! output_step = 0.05
-//!
-//! [[body]]
-//! name = "drum"
-//! mass = 20
-//! inertia = [0.3, 0.4, 0.3]
-//!
-//! [[body]]
-//! name = "load"
-//! mass = 10
-//! inertia = [0.1, 0.1, 0.1]
-//! position = [0.2, 0, -1]
-//!
-//! [[joint]]
-//! name = "bearing"
-//! type = "revolute"
-//! bodies = ["ground", "drum"]
-//! point = [0, 0, 0]
-//! axis = [0, -1, 0]
-//!
+//! ```text
 //! [[joint]]
 //! name = "winch"
 //! type = "rope"
 //! bodies = ["drum", "ground", "load"]
-//! frames = [{ position = [0, 0, 0], axis = [0, -1, 0] }, { position = [0.2, 0, 0], axis = [0, -1, 0] }, { position = [0, 0, 0] }]
-//! params.length = 1
-//! params.begin_drum = 0.2
-//!
-//! [[output]]
-//! name = "z"
-//! quantity = "position"
-//! of = "load"
-//! component = "z"
+//! frames = [
+//!     { position = [0, 0, 0], axis = [0, -1, 0] },
+//!     { position = [0.2, 0, 0], axis = [0, -1, 0] },
+//!     { position = [0, 0, 0] },
+//! ]
+//! params = { length = 1, begin_drum = 0.2 }
 //! ```
 
 use element_api::prelude::*;

@@ -130,15 +130,13 @@ pub(super) fn warn_of_unused(scene: &Scene, channels: &[Channel], instances: &[I
                 .help("name it under `inputs` of an element, or take it away"),
         );
     }
-    for record in &scene.elements {
-        let Some(instance) = instances.iter().find(|instance| instance.name == record.name.value) else { continue };
-        let taken = |k: usize| {
-            let ops = instance.recording.ops.iter().filter_map(|raw| Op::decode(*raw));
-            ops.into_iter().any(|op| op == Op::Input(Input::Signal(k as u32)))
-        };
-        for given in record.inputs.iter().filter(|_| !instance.class.opaque) {
+    let recorded = instances.iter().filter(|instance| !instance.class.opaque && !instance.inputs.is_empty());
+    let recorded: FxHashMap<&str, &Instance> = recorded.map(|instance| (instance.name.as_str(), instance)).collect();
+    for record in scene.elements.iter().filter(|record| !record.inputs.is_empty()) {
+        let Some(instance) = recorded.get(record.name.value.as_str()) else { continue };
+        for given in &record.inputs {
             let place = instance.class.inputs.iter().position(|input| input.name == given.name.value);
-            if place.is_some_and(|k| !taken(k)) {
+            if place.is_some_and(|k| !takes(&instance.recording, k)) {
                 let message = format!(
                     "`{}` does without its input `{}` with the parameters that it has",
                     instance.name, given.name.value
@@ -151,6 +149,15 @@ pub(super) fn warn_of_unused(scene: &Scene, channels: &[Channel], instances: &[I
             }
         }
     }
+}
+
+/// Whether anything is made of a signal, or is it.
+fn takes(recording: &Recording, signal: usize) -> bool {
+    let ops: Vec<Option<Op>> = recording.ops.iter().map(|raw| Op::decode(*raw)).collect();
+    let is_it =
+        |node: u32| matches!(ops.get(node as usize), Some(Some(Op::Input(Input::Signal(k)))) if *k as usize == signal);
+    let mut operands = ops.iter().flatten().filter(|op| !matches!(op, Op::Input(_))).flat_map(|op| op.operands());
+    operands.any(is_it) || recording.outputs.iter().any(|output| is_it(output.node))
 }
 
 /// Which elements of this kind take a signal of a dimension.
