@@ -12,7 +12,7 @@ use super::parameters::dimension_of;
 use super::types::{Channel, Instance, Level, Quantity, Signal, Source};
 use crate::catalog::Catalog;
 use crate::diagnostics::{Diagnostic, codes, suggest};
-use crate::scene::{Dimension, ElementRecord, ExternalInput, InputSource, RawValue, Scene, Spanned};
+use crate::scene::{Dimension, ElementRecord, ExternalInput, InputRecord, InputSource, RawValue, Scene, Spanned};
 
 type Found<T> = Result<T, Box<Diagnostic>>;
 
@@ -28,7 +28,7 @@ pub(super) fn given(record: &ExternalInput) -> Signal {
 }
 
 /// Fills in [`Instance::inputs`]. Mistakes are added to `found`: unknown sources, dimensions, signals that depend on
-/// themselves.
+/// themselves, and signals that change nothing.
 pub(super) fn connect(
     scene: &Scene,
     catalog: &Catalog,
@@ -39,17 +39,18 @@ pub(super) fn connect(
     let before = found.len();
     let named = |record: &ElementRecord| !record.inputs.is_empty();
     let any_named = scene.elements.iter().any(named);
+    let records: FxHashMap<&str, &ElementRecord> =
+        scene.elements.iter().map(|record| (record.name.value.as_str(), record)).collect();
     for index in 0..instances.len() {
         if !any_named && instances[index].class.inputs.is_empty() {
             continue;
         }
-        let name = instances[index].name.clone();
-        let Some(record) = scene.elements.iter().find(|record| record.name.value == name) else { continue };
+        let Some(record) = records.get(instances[index].name.as_str()) else { continue };
         let (sources, mut mistakes) = sources_of(record, &instances[index], (scene, catalog), channels, instances);
         found.append(&mut mistakes);
         instances[index].inputs = sources;
     }
-    if found.len() > before {
+    if found[before..].iter().any(Diagnostic::is_error) {
         return;
     }
     match first_loop(instances) {
@@ -87,7 +88,7 @@ fn sources_of(
         );
     }
     let mut sources = Vec::with_capacity(class.inputs.len());
-    for input in &class.inputs {
+    for (k, input) in class.inputs.iter().enumerate() {
         let unit = || if input.unit.is_empty() { Ok(None) } else { dimension_of(&input.unit).map(Some) };
         let given = record.inputs.iter().find(|given| given.name.value == input.name);
         let source = match (given, input.default) {
@@ -106,14 +107,17 @@ fn sources_of(
             )),
         };
         match source {
-            Ok(source) => sources.push(source),
+            Ok(source) => {
+                mistakes.extend(given.and_then(|given| unused(given, k, instance)));
+                sources.push(source);
+            }
             Err(diagnostic) => mistakes.push(*diagnostic),
         }
     }
     (sources, mistakes)
 }
 
-/// Warns of what is given from outside and goes nowhere, and of what is connected to an input that an element does without.
+/// Warns of what is given from outside and goes nowhere.
 pub(super) fn warn_of_unused(scene: &Scene, channels: &[Channel], instances: &[Instance], found: &mut Vec<Diagnostic>) {
     let mut used = vec![false; scene.inputs.len()];
     for quantity in instances.iter().flat_map(Instance::signals).chain(channels.iter().map(|channel| &channel.quantity))
@@ -130,34 +134,20 @@ pub(super) fn warn_of_unused(scene: &Scene, channels: &[Channel], instances: &[I
                 .help("name it under `inputs` of an element, or take it away"),
         );
     }
-    let recorded = instances.iter().filter(|instance| !instance.class.opaque && !instance.inputs.is_empty());
-    let recorded: FxHashMap<&str, &Instance> = recorded.map(|instance| (instance.name.as_str(), instance)).collect();
-    for record in scene.elements.iter().filter(|record| !record.inputs.is_empty()) {
-        let Some(instance) = recorded.get(record.name.value.as_str()) else { continue };
-        for given in &record.inputs {
-            let place = instance.class.inputs.iter().position(|input| input.name == given.name.value);
-            if place.is_some_and(|k| !takes(&instance.recording, k)) {
-                let message = format!(
-                    "`{}` does without its input `{}` with the parameters that it has",
-                    instance.name, given.name.value
-                );
-                found.push(
-                    Diagnostic::warning(codes::UNUSED_INPUT, message)
-                        .at(given.name.span.clone(), "this signal changes nothing")
-                        .help(format!("`odyn elements describe {}` says what takes it", instance.class.name)),
-                );
-            }
-        }
-    }
 }
 
-/// Whether anything is made of a signal, or is it.
-fn takes(recording: &Recording, signal: usize) -> bool {
-    let ops: Vec<Option<Op>> = recording.ops.iter().map(|raw| Op::decode(*raw)).collect();
-    let is_it =
-        |node: u32| matches!(ops.get(node as usize), Some(Some(Op::Input(Input::Signal(k)))) if *k as usize == signal);
-    let mut operands = ops.iter().flatten().filter(|op| !matches!(op, Op::Input(_))).flat_map(|op| op.operands());
-    operands.any(is_it) || recording.outputs.iter().any(|output| is_it(output.node))
+/// A warning, where a signal is connected to an input that an element does without.
+fn unused(given: &InputRecord, input: usize, instance: &Instance) -> Option<Diagnostic> {
+    let mut outputs = instance.recording.outputs.iter();
+    if instance.class.opaque || outputs.any(|output| signals_of(instance, output.role).contains(&input)) {
+        return None;
+    }
+    let message =
+        format!("`{}` does without its input `{}` with the parameters that it has", instance.name, given.name.value);
+    let warning = Diagnostic::warning(codes::UNUSED_INPUT, message)
+        .at(given.name.span.clone(), "this signal changes nothing")
+        .help(format!("`odyn elements describe {}` says what takes it", instance.class.name));
+    Some(warning)
 }
 
 /// Which elements of this kind take a signal of a dimension.
