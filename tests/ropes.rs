@@ -3,21 +3,15 @@
 use std::fs;
 
 use odyn::results::EventKind;
-use odyn::session::{RunReport, Session};
+use odyn::session::RunReport;
 
-use crate::support::{Scratch, column, difference, options, root};
-
-fn try_run(text: &str, sets: &[&str]) -> Result<RunReport, String> {
-    let scratch = Scratch::new();
-    let path = scratch.file("scene.toml", text);
-    let session = Session::open(&path, &options(sets, &[])).map_err(|error| error.to_string())?;
-    session.run(None, Box::new(|_| ()), &Default::default()).map_err(|error| error.to_string())
-}
+use crate::contacts::try_run;
+use crate::support::{column, difference, open_text, root};
 
 /// All ways give the same table.
 #[track_caller]
 fn every_way_agrees(text: &str, tolerance: f64) -> RunReport {
-    let first = try_run(text, &[]).unwrap();
+    let first = try_run(text, &[], None).unwrap();
     assert_eq!(first.exit_code(), 0, "{} {:?}", first.summary.reason, first.summary.audit);
     for sets in [
         &["simulation.formulation=\"cartesian\""][..],
@@ -26,7 +20,7 @@ fn every_way_agrees(text: &str, tolerance: f64) -> RunReport {
         &["simulation.method=\"auto\"", "simulation.engine=\"interpreted\""],
         &["simulation.formulation=\"cartesian\"", "simulation.method=\"radau5\""],
     ] {
-        let other = try_run(text, sets).unwrap();
+        let other = try_run(text, sets, None).unwrap();
         for (channel, (a, b)) in first.channels.iter().zip(first.columns.iter().zip(&other.columns)) {
             let off = difference(a, b);
             assert!(off < tolerance, "{sets:?}: `{}` differs by {off:.1e}", channel.name);
@@ -81,7 +75,7 @@ fn a_wrong_number_of_bodies_is_told_at_their_list() {
     assert!(sound.contains(bodies));
     let many = vec!["\"one\", \"ground\""; 40].join(", ");
     for (list, words) in [("\"one\"", "connects 1 body, `rope` needs 2 to 64"), (many.as_str(), "connects 80 bodies")] {
-        let error = try_run(&sound.replace(bodies, &format!("bodies = [{list}]")), &[]).expect_err("refused");
+        let error = try_run(&sound.replace(bodies, &format!("bodies = [{list}]")), &[], None).expect_err("refused");
         assert!(error.contains(words), "{error}");
     }
 }
@@ -125,6 +119,15 @@ fn a_load_runs_off_a_drum_over_many_turns() {
 }
 
 #[test]
+fn only_drums_count_turns() {
+    for (text, name, counts) in [(winch(1.0, 0.0, 1.0, ""), "winch", true), (snatch(0.0), "rope", false)] {
+        let session = open_text(&text, &[]);
+        let rope = session.model.elements.iter().find(|element| element.name == name).unwrap();
+        assert_eq!(rope.counts_turns(), counts, "{name}");
+    }
+}
+
+#[test]
 fn a_drum_winds_loose_rope_in_and_then_lifts_its_load() {
     // On a floor: 0.1 m of loose rope, wound in at 0.2 * 5 m/s.
     let floor = "params.slack = true\n[[joint]]\nname = \"floor\"\ntype = \"translational-stop\"\nbodies = [\"ground\", \"load\"]\n\
@@ -146,8 +149,8 @@ fn a_drum_winds_loose_rope_in_and_then_lifts_its_load() {
 #[test]
 fn a_drum_needs_something_that_the_rope_leaves_it_on() {
     let text = winch(1.0, 0.0, 1.0, "params.end_drum = 0.1");
-    let error = try_run(&text, &[]).expect_err("two drums");
+    let error = try_run(&text, &[], None).expect_err("two drums");
     assert!(error.contains("a rope with 2 drums connects 4 bodies or more"), "{error}");
-    let error = try_run(&winch(1.0, 0.0, 1.0, ""), &["winch.params.begin_drum=-0.2"]).expect_err("a radius");
+    let error = try_run(&winch(1.0, 0.0, 1.0, ""), &["winch.params.begin_drum=-0.2"], None).expect_err("a radius");
     assert!(error.contains("begin_drum"), "{error}");
 }

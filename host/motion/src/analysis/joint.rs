@@ -115,7 +115,7 @@ impl JointForm {
         };
         safe.solver.set_rank_limit(plan.at_start.rank);
         let used = plan.tree.used(model.elements.len());
-        let counts_others = model.elements.iter().zip(&used).any(|(element, used)| element.class.angles > 0 && !used);
+        let counts_others = model.elements.iter().zip(&used).any(|(element, used)| element.counts_turns() && !used);
         // Rows close to dependent at the start are for the rank-safe engine throughout.
         let start = plan.start;
         let regular = Some(plan.regular).filter(|_| start.kept.min(start.independence) >= LEAST_HEALTH);

@@ -201,6 +201,13 @@ impl Instance {
         !self.inputs.is_empty() && self.rows.iter().any(|row| !signals_of(self, Role::Limit(*row as u32)).is_empty())
     }
 
+    /// Whether anything that it gives depends on how often angles have turned; only the angles that it takes are written down.
+    #[must_use]
+    pub fn counts_turns(&self) -> bool {
+        let mut outputs = self.recording.outputs.iter();
+        self.class.angles > 0 && (self.class.opaque || outputs.any(|output| matches!(output.role, Role::Angle(_))))
+    }
+
     /// Whether it is a force that may let go.
     #[must_use]
     pub fn may_end(&self) -> bool {
