@@ -6,10 +6,10 @@ use odyn::analyses::linear::Linear;
 use odyn::analyses::modes::Modes;
 use odyn::analyses::statics;
 use odyn::results::{Event, EventKind};
-use odyn::session::{RunReport, Session};
+use odyn::session::RunReport;
 
 use crate::contacts::{every_way_agrees, run, try_run};
-use crate::support::{Scratch, column, difference, leg, open_text, options, root};
+use crate::support::{Scratch, column, difference, leg, open_text, root};
 
 fn brakes() -> String {
     fs::read_to_string(root().join("scenes/verification/actuated-brakes.toml")).unwrap()
@@ -165,12 +165,10 @@ fn signals_that_cannot_be_a_limit_are_refused() {
     let (text, _) = text.split_once("[[check]]").unwrap();
     assert_eq!(run(&format!("{text}{lagged}"), &[]).exit_code(), 0);
     // An input of a row that is not in use.
-    let scratch = Scratch::new();
     let text = brakes()
         .replace("inputs = { force = {", "inputs = { torque = {")
         .replace("gain = \"2 * 0.4 N\"", "gain = \"1 N m\"");
-    let session = Session::open(&scratch.file("scene.toml", &text), &options(&[], &[])).unwrap();
-    let said: Vec<String> = session.warnings.iter().map(|warning| warning.message.clone()).collect();
+    let said: Vec<String> = open_text(&text, &[]).warnings.iter().map(|warning| warning.message.clone()).collect();
     assert!(said.iter().any(|text| text.contains("`pads` does without its input `torque`")), "{said:?}");
 }
 

@@ -115,8 +115,7 @@ pub trait Constraint: Element {
     /// Names and units of continuous states x' = f that rows may depend on (a servo's angle). Contract 1.2.
     const STATES: &'static [ChannelSpec] = &[];
     /// Signals that [`Constraint::rates`], [`Constraint::channels`], [`Constraint::next_memory`] and [`Constraint::limit`] take; in
-    /// [`Motion::inputs`].
-    /// Contract 1.2.
+    /// [`Motion::inputs`]. Contract 1.2.
     const INPUTS: &'static [InputSpec] = &[];
     /// Names and units of the values reported by [`Constraint::channels`], besides the coordinates. Not for opaque joints. Contract 1.2.
     const CHANNELS: &'static [ChannelSpec] = &[];
@@ -203,9 +202,9 @@ pub trait Constraint: Element {
 
     /// `[record]` For a row on velocities that holds only up to a limit (dry friction, a brake, a clutch): that limit, N or N m, not
     /// negative; positions, velocities, time and signals may go into it. With a signal that a scene has connected, less than zero is
-    /// zero; a signal must not be made of accelerations or reactions of the same instant. Of a row that sticks with a unilateral row it is the share of that row's
-    /// reaction, the coefficient of friction. While the row sticks, its reaction is what holds it; where that reaches the limit,
-    /// it begins to slide: then the reaction is as large as the limit, against the velocity that the row has, until that is zero.
+    /// zero; a signal must not be made of accelerations or reactions of the same instant. Of a row that sticks with a
+    /// unilateral row it is the share of that row's reaction, the coefficient of friction. While the row sticks, its reaction is what holds
+    /// it; where that reaches the limit, it begins to slide: then the reaction is as large as the limit, against the velocity that the row has, until that is zero.
     /// In an impact a share of the unilateral row's impulse is the limit of the row's; no other impulse comes from it. `None`: the
     /// row holds whatever it takes. The joint has no mobility. Not for opaque elements. Contract 1.2.
     ///

@@ -185,8 +185,7 @@ impl Constraint for Rope {
     }
 
     fn residual<S: Scalar>(&self, at: &Configuration<'_, S>, rows: &mut Rows<'_, S>) {
-        let wound = self.wound(at);
-        rows.push(-self.strands(at) - wound + self.0.length);
+        rows.push(-self.strands(at) - self.wound(at) + self.0.length);
     }
 
     fn coordinates<S: Scalar>(&self, at: &Configuration<'_, S>, out: &mut Values<'_, S>) {
@@ -206,9 +205,8 @@ impl Rope {
     /// What drums have taken in, m.
     fn wound<S: Scalar>(&self, at: &Configuration<'_, S>) -> S {
         let last = at.frames().len() - 1;
-        let drums = [(self.0.begin_drum, 1, 0), (self.0.end_drum, last - 1, last)];
-        let drums =
-            drums.into_iter().enumerate().filter_map(|(k, (radius, leaves, drum))| Some((k, radius?, leaves, drum)));
-        drums.fold(S::zero(), |sum, (k, radius, leaves, drum)| sum + at.angle_about_z(k, leaves, drum) * radius)
+        let begin = self.0.begin_drum.map(|radius| at.angle_about_z(0, 1, 0) * radius);
+        let end = self.0.end_drum.map(|radius| at.angle_about_z(1, last - 1, last) * radius);
+        [begin, end].into_iter().flatten().fold(S::zero(), |sum, wound| sum + wound)
     }
 }

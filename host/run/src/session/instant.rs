@@ -3,6 +3,7 @@
 use super::error::SessionError;
 use super::opened::Session;
 use super::run::Run;
+use crate::analysis::AnalysisError;
 use crate::integrate::IntegrateError;
 
 /// A state of a scene with everything that its equations depend on.
@@ -45,12 +46,11 @@ impl Run<'_> {
         }
         // Whatever is looked up for this is no part of the run.
         self.interrupted = true;
-        let found = self.system.solved_inputs(self.time, &self.state);
-        let found = found.and_then(|inputs| Ok((inputs, self.system.closed_that_hold(self.time, &self.state)?)));
-        let (inputs, closed) = found.map_err(|error| {
-            let error = IntegrateError::System { t: self.time, cause: Box::new(error) };
-            self.session.integration_error(&error)
-        })?;
+        let (t, session) = (self.time, &self.session);
+        let refused =
+            |error: AnalysisError| session.integration_error(&IntegrateError::System { t, cause: Box::new(error) });
+        let inputs = self.system.solved_inputs(t, &self.state).map_err(refused)?;
+        let closed = self.system.closed_that_hold(t, &self.state).map_err(refused)?;
         let released = self.system.released();
         Ok(Instant { time: self.time, inputs, closed, released })
     }

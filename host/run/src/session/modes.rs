@@ -8,10 +8,9 @@ use super::simulation::{Jumped, Mode, Part};
 use crate::analysis::{AnalysisError, Assembly, Constraints, Formulation};
 use crate::diagnostics::{Diagnostic, codes};
 use crate::integrate::{IntegrateError, Status, StopReason};
-use crate::model::Model;
-use crate::plan::{Layout, Plan};
+use crate::plan::Plan;
 use crate::program::Equations;
-use crate::scene::{Scene, Spanned};
+use crate::scene::Spanned;
 
 impl Session {
     /// Refuses what unilateral rows do not go with.
@@ -180,25 +179,6 @@ impl Session {
         }
         Ok((formulation, equations))
     }
-}
-
-/// What a row may hold is decided together with what it holds: it cannot be made of accelerations and reactions of the same instant.
-pub(super) fn refuse_solved_limit(
-    scene: &Scene,
-    model: &Model,
-    equations: &Equations,
-    layout: &Layout,
-) -> Result<(), SessionError> {
-    let Some(row) = equations.solved_limit(layout) else { return Ok(()) };
-    let name = &model.elements[layout.element_of_row(row).0].name;
-    let message =
-        format!("what `{name}` may hold follows a signal made of accelerations or reactions of the same instant");
-    let mut diagnostic = Diagnostic::error(codes::SIGNAL_LOOP, message);
-    if let Some(record) = scene.elements.iter().find(|record| record.name.value == *name) {
-        diagnostic = diagnostic.at(record.name.span.clone(), "its limit would depend on what it holds");
-    }
-    let help = "put a `sensor` with a time constant, or a transfer function, between";
-    Err(SessionError::one(&scene.source, diagnostic.help(help)))
 }
 
 /// Whether rows that are left out may come not to hold, unseen: those on velocities are not seen by positions; and a contact that follows

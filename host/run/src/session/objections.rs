@@ -5,7 +5,8 @@ use super::options::tolerance;
 use crate::analysis::{Assembly, AssemblyError, Gap, Move};
 use crate::diagnostics::{Diagnostic, codes};
 use crate::model::Model;
-use crate::plan::{Plan, Undetermined};
+use crate::plan::{Layout, Plan, Undetermined};
+use crate::program::Equations;
 use crate::results::significant;
 use crate::scene::{Dimension, ElementKind, ElementRecord, Placement, Scene};
 
@@ -210,6 +211,25 @@ pub(super) fn time_warning(scene: &Scene) -> Option<Diagnostic> {
     let text = format!("times are {} {label} apart there; the run lasts {} {label}", number(unknown), number(length));
     let help = format!("count times from the start of the run, or raise `tolerance` to {:.0e}", unknown / length * 2.0);
     Some(Diagnostic::warning(codes::FAR_FROM_TIME_ZERO, message).at(simulation.span.clone(), text).help(help))
+}
+
+/// What a row may hold is decided together with what it holds: it cannot be made of accelerations and reactions of the same instant.
+pub(super) fn refuse_solved_limit(
+    scene: &Scene,
+    model: &Model,
+    equations: &Equations,
+    layout: &Layout,
+) -> Result<(), SessionError> {
+    let Some(row) = equations.solved_limit(layout) else { return Ok(()) };
+    let name = &model.elements[layout.element_of_row(row).0].name;
+    let message =
+        format!("what `{name}` may hold follows a signal made of accelerations or reactions of the same instant");
+    let mut diagnostic = Diagnostic::error(codes::SIGNAL_LOOP, message);
+    if let Some(record) = scene.elements.iter().find(|record| record.name.value == *name) {
+        diagnostic = diagnostic.at(record.name.span.clone(), "its limit would depend on what it holds");
+    }
+    let help = "put a `sensor` with a time constant, or a transfer function, between";
+    Err(SessionError::one(&scene.source, diagnostic.help(help)))
 }
 
 /// Elements that depend on reactions which redundant rows leave open.

@@ -7,8 +7,10 @@ use super::checkpoint::Origin;
 use super::decide::decide;
 use super::error::SessionError;
 use super::libraries::load_libraries;
-use super::modes::{blind, refuse_solved_limit};
-use super::objections::{assembly_error, assembly_warnings, distance_warning, reaction_warnings, time_warning};
+use super::modes::blind;
+use super::objections::{
+    assembly_error, assembly_warnings, distance_warning, reaction_warnings, refuse_solved_limit, time_warning,
+};
 use super::opened::{Beginning, Session};
 use super::options::{ISLANDS, RunOptions, STARTS, one_of};
 use super::picture::check_meshes;
