@@ -2,6 +2,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::linalg::SparseLu;
+
 /// Solves for `n` accelerations and multipliers, which may be of very different sizes, with a step of refinement. `None` where the
 /// system is singular.
 pub(super) fn solve(mut system: DMatrix<f64>, mut right: DMatrix<f64>, n: usize) -> Option<DMatrix<f64>> {
@@ -26,12 +28,23 @@ pub(super) fn solve(mut system: DMatrix<f64>, mut right: DMatrix<f64>, n: usize)
             system.column_mut(k).iter_mut().for_each(|entry| *entry *= scale);
         }
     }
-    let lu = system.clone().lu();
-    let mut found = lu.solve(&right)?;
-    let rest = &right - &system * &found;
-    found += lu.solve(&rest)?;
+    let lu = SparseLu::of(&system)?;
+    let mut found = lu.solve(&right);
+    found += lu.solve(&left(&right, &system, &found));
     found.row_iter_mut().zip(columns.iter()).for_each(|(mut row, scale)| row *= *scale);
     found.iter().all(|value| value.is_finite()).then_some(found)
+}
+
+/// `right - system found` of a system with few entries.
+fn left(right: &DMatrix<f64>, system: &DMatrix<f64>, found: &DMatrix<f64>) -> DMatrix<f64> {
+    let places = (0..system.ncols()).flat_map(|column| (0..system.nrows()).map(move |row| (row, column)));
+    let entries: Vec<((usize, usize), f64)> =
+        places.map(|place| (place, system[place])).filter(|(_, value)| *value != 0.0).collect();
+    let mut left = right.clone();
+    for (mut left, found) in left.column_iter_mut().zip(found.column_iter()) {
+        entries.iter().for_each(|((row, column), value)| left[*row] -= value * found[*column]);
+    }
+    left
 }
 
 /// Units, powers of two, in which masses are near one and the largest entry of each row of joints is: beside rows of order one, light

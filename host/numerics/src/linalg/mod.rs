@@ -28,6 +28,7 @@
 //! | `constraint_order.rs` | elimination orders in which the sparse engine needs no pivoting |
 //! | `pivoted_qr.rs` | Householder QR with column pivoting, in dense or sparse storage (`pivoted_qr/`): rank, least squares, minimum norm |
 //! | `singular_values.rs` | singular values and vectors of dense matrices of any rank: least squares of least norm, null spaces |
+//! | `sparse_lu.rs` | LU with threshold pivoting for general matrices with few entries |
 //! | `dense.rs` | LU with complete pivoting for square systems that may be singular |
 //! | `block_cholesky.rs` | Cholesky factor of the mass matrix, block by block |
 
@@ -43,6 +44,7 @@ mod pivoted_qr;
 mod singular_values;
 mod sparse_first;
 mod sparse_ldl;
+mod sparse_lu;
 mod sparse_rank;
 
 #[cfg(test)]
@@ -56,6 +58,7 @@ pub use pivoted_qr::PivotedQr;
 pub use singular_values::SingularValues;
 pub use sparse_first::{LIGHT, SparseFirst, TRUSTED};
 pub use sparse_ldl::SparseLdl;
+pub use sparse_lu::SparseLu;
 pub use sparse_rank::{NullVector, SparseRank};
 
 /// Rank tolerance of the dense factorisations: a pivot at or below this share of the largest

@@ -6,6 +6,7 @@ mod factorisations;
 mod ranks;
 mod singular_values;
 mod sparse_first;
+mod sparse_lu;
 
 use nalgebra::{DMatrix, DVector};
 
