@@ -171,6 +171,34 @@ fn joints_and_forces_connect_but_only_joints_close_loops() {
 }
 
 #[test]
+fn what_follows_time_alone_connects_nothing_and_goes_with_all_that_take_it() {
+    let control = |name: &str, of: &str| {
+        format!("[[control]]\nname = \"{name}\"\ntype = \"amplifier\"\nparams.factor = 2\ninputs.in = {of}\n")
+    };
+    let push = |body: &str, signal: &str| {
+        format!(
+            "[[force]]\nname = \"on_{body}\"\ntype = \"push\"\nbodies = [\"ground\", \"{body}\"]\nparams.factor = 1\n\
+             inputs.signal = {signal}\n"
+        )
+    };
+    let seen = "[[output]]\nname = \"SEEN\"\nquantity = \"value\"\nof = \"OF\"\nchannel = \"out\"\n";
+    let found = topology(&[
+        control("one", "1"),
+        control("two", "\"one.out\""),
+        control("idle", "\"two.out\""),
+        push("b", "\"two.out\""),
+        push("d", "\"two.out\""),
+        push("c", "\"one.out\""),
+        seen.replace("SEEN", "x").replace("OF", "two"),
+        seen.replace("SEEN", "y").replace("OF", "idle"),
+    ]);
+    let of = |of: fn(&Island) -> &Vec<usize>| found.islands.iter().map(|island| of(island).clone()).collect::<Vec<_>>();
+    assert_eq!(of(|island| &island.bodies), [[0], [1], [2], [3]]);
+    assert_eq!(of(|island| &island.elements), [vec![5], vec![0, 3, 4], vec![2, 3], vec![1, 3, 4]]);
+    assert_eq!(of(|island| &island.channels), [vec![1], vec![0], vec![], vec![]]);
+}
+
+#[test]
 fn every_joint_beyond_a_tree_closes_a_loop() {
     let at = [0.0; 3];
     let joint = |k: usize, i: &str, j: &str| element("joint", &format!("j{k}"), "hinge", [i, j], at);

@@ -1,15 +1,17 @@
 //! How a model hangs together.
 
+use std::collections::BTreeSet;
+
 use element_api::Kind;
 
-use crate::model::{Axes, Model, Quantity};
+use crate::model::{Axes, Instance, Model, Quantity};
 
 /// Bodies and elements that can influence each other, with the outputs about them.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Island {
     /// Its bodies, ascending; never none.
     pub bodies: Vec<usize>,
-    /// Its elements, ascending.
+    /// Its elements, ascending; among them what follows time alone and acts on any of them, which other islands may have as well.
     pub elements: Vec<usize>,
     /// The channels that it has a share in, ascending: its own, and energies of the whole scene.
     pub channels: Vec<usize>,
@@ -20,30 +22,33 @@ pub struct Island {
 /// The islands of a model.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Topology {
-    /// Islands in the order of their first body. Each element and each body is in one of them.
+    /// Islands in the order of their first body. Each body is in one of them; so is each element, but for those that follow time alone.
     pub islands: Vec<Island>,
 }
 
 impl Topology {
     /// Finds the islands. Whatever can carry an influence connects: the bodies of an element, the signals that it takes, the
-    /// joints whose reactions it takes; and an output that names two bodies, since somebody has to compute it. Ground and
-    /// gravity do not connect.
+    /// joints whose reactions it takes; and an output that names two bodies, since somebody has to compute it. Ground, gravity and
+    /// signals that follow time alone do not connect.
     #[must_use]
     pub fn new(model: &Model) -> Self {
         let bodies = model.bodies.len();
         if bodies == 0 {
             return Self { islands: Vec::new() };
         }
+        let of_time = of_time_alone(model);
         // Bodies, then elements.
         let mut parent: Vec<usize> = (0..bodies + model.elements.len()).collect();
-        for (index, element) in model.elements.iter().enumerate() {
+        for (index, element) in model.elements.iter().enumerate().filter(|(index, _)| !of_time[*index]) {
             let own = bodies + index;
             element.markers.iter().filter_map(|marker| marker.body).for_each(|body| join(&mut parent, own, body));
             element.joints.iter().for_each(|joint| join(&mut parent, own, bodies + joint));
             for quantity in element.signals() {
-                // What comes from outside connects nothing.
-                if matches!(quantity, Quantity::Given { .. }) {
-                    continue;
+                // What comes from outside connects nothing, and anybody may compute what follows time.
+                match quantity {
+                    Quantity::Given { .. } => continue,
+                    Quantity::Value { element, .. } if of_time[*element] => continue,
+                    _ => {}
                 }
                 match named(quantity, bodies) {
                     Some(nodes) => nodes.into_iter().for_each(|node| join(&mut parent, own, node)),
@@ -58,13 +63,13 @@ impl Topology {
         // What touches no body, such as a signal that nobody takes, goes with the first one. The root of a group is the
         // smallest of its numbers: a body, if it has one.
         for element in bodies..parent.len() {
-            if root(&mut parent, element) >= bodies {
+            if !of_time[element - bodies] && root(&mut parent, element) >= bodies {
                 join(&mut parent, element, 0);
             }
         }
         let mut islands: Vec<Island> = Vec::new();
         let mut island_of_root = vec![0; bodies];
-        for node in 0..parent.len() {
+        for node in (0..parent.len()).filter(|node| *node < bodies || !of_time[node - bodies]) {
             let top = root(&mut parent, node);
             if top == node {
                 island_of_root[top] = islands.len();
@@ -77,9 +82,14 @@ impl Topology {
                 island.elements.push(node - bodies);
             }
         }
+        let home = spread(model, &of_time, &mut islands);
         for (number, channel) in model.channels.iter().enumerate() {
             match named(&channel.quantity, bodies) {
-                Some(nodes) => islands[island_of_root[root(&mut parent, nodes[0])]].channels.push(number),
+                Some(nodes) => {
+                    let of_time = nodes[0].checked_sub(bodies).and_then(|element| home[element]);
+                    let island = of_time.unwrap_or_else(|| island_of_root[root(&mut parent, nodes[0])]);
+                    islands[island].channels.push(number);
+                }
                 None => islands.iter_mut().for_each(|island| island.channels.push(number)),
             }
         }
@@ -91,6 +101,67 @@ impl Topology {
         }
         Self { islands }
     }
+}
+
+/// Elements whose signals follow time alone, and what comes from outside: without bodies, states and memories, and what they take is
+/// of such.
+fn of_time_alone(model: &Model) -> Vec<bool> {
+    let by_itself = |element: &Instance| {
+        let recording = &element.recording;
+        element.class.kind == Kind::Control
+            && !element.class.opaque
+            && element.markers.iter().all(|marker| marker.body.is_none())
+            && element.joints.is_empty()
+            && recording.initial_states.is_empty()
+            && recording.initial_discrete.is_empty()
+    };
+    let by_itself: Vec<bool> = model.elements.iter().map(by_itself).collect();
+    let mut found = vec![false; model.elements.len()];
+    loop {
+        let is_new = |index: &usize| {
+            let of_time = |quantity: &Quantity| match quantity {
+                Quantity::Given { .. } => true,
+                Quantity::Value { element, .. } => found[*element],
+                _ => false,
+            };
+            by_itself[*index] && !found[*index] && model.elements[*index].signals().all(of_time)
+        };
+        let new: Vec<usize> = (0..found.len()).filter(is_new).collect();
+        if new.is_empty() {
+            return found;
+        }
+        new.into_iter().for_each(|index| found[index] = true);
+    }
+}
+
+/// Puts elements that follow time alone into all islands that take them; those that nobody takes into the first. Gives the first
+/// island of each.
+fn spread(model: &Model, of_time: &[bool], islands: &mut [Island]) -> Vec<Option<usize>> {
+    let mut home = vec![None; of_time.len()];
+    for (number, island) in islands.iter_mut().enumerate() {
+        let mut taken = BTreeSet::new();
+        let mut takers = island.elements.clone();
+        while let Some(taker) = takers.pop() {
+            for quantity in model.elements[taker].signals() {
+                if let Quantity::Value { element, .. } = quantity
+                    && of_time[*element]
+                    && taken.insert(*element)
+                {
+                    takers.push(*element);
+                }
+            }
+        }
+        taken.iter().for_each(|element| _ = home[*element].get_or_insert(number));
+        island.elements.extend(taken);
+    }
+    for element in (0..of_time.len()).filter(|element| of_time[*element]) {
+        if home[element].is_none() {
+            home[element] = Some(0);
+            islands[0].elements.push(element);
+        }
+    }
+    islands.iter_mut().for_each(|island| island.elements.sort_unstable());
+    home
 }
 
 /// What a quantity is about: bodies, then elements, counted behind the bodies; never nothing. `None`: it is a sum over the

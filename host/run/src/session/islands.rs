@@ -8,7 +8,7 @@
 //! would make far smaller than asked for, comes as close to the tolerance as that of any other.
 
 use std::borrow::Cow;
-use std::collections::VecDeque;
+use std::collections::{HashSet, VecDeque};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
@@ -290,7 +290,10 @@ impl Session {
         summary.machine_code_time_s = parts.iter().map(|part| part.machine_code_time_s).sum();
         summary.machine_code_from = first(|part| part.machine_code_from);
         summary.stiff_from = first(|part| part.stiff_from);
-        summary.elements = parts.iter().flat_map(|part| part.elements.iter().cloned()).collect();
+        // Islands may have elements in common that follow time alone.
+        let mut named = HashSet::new();
+        let elements = parts.iter().flat_map(|part| &part.elements).filter(|one| named.insert(one.element.as_str()));
+        summary.elements = elements.cloned().collect();
         summary.audit = Audit::together(parts.iter().map(|part| &part.audit));
         let islands = self.plan.topology.islands.iter().zip(parts).map(|(island, own)| IslandWork {
             bodies: island.bodies.iter().map(|body| self.model.bodies[*body].name.clone()).collect(),

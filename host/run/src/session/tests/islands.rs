@@ -322,6 +322,17 @@ fn what_is_connected_stays_together() {
     assert_eq!(count(&push.replace("SIGNAL", "phi_a")), 0);
     assert_eq!(count(&(push.replace("SIGNAL", "c.out") + &control("\"phi_a\""))), 0);
     assert_eq!(count(&(push.replace("SIGNAL", "E") + &energy)), 0);
+    // What follows time alone is computed by all that take it, and reported once.
+    let both = push.replace("SIGNAL", "c.out")
+        + &push.replace("SIGNAL", "c.out").replace("\"p\"", "\"q\"").replace("\"b\"", "\"a\"");
+    let both = both + &control("1") + &output("seen", "quantity = \"value\"; of = \"c\"; channel = \"out\"");
+    let text = settings(SWING) + &rod("a", 0.0, 1.0, 1.0) + &rod("b", 7.0, 1.0, 1.0) + &both;
+    let (apart, together) = (run(&parted(&text)), run(&text));
+    assert_eq!(apart.summary.islands.len(), 2);
+    assert!(differ(&apart, &together) < 1e-8);
+    assert!(off(&apart, "seen", |_| 1.0) < 1e-15);
+    let names = |report: &RunReport| report.summary.elements.iter().map(|one| one.element.clone()).collect::<Vec<_>>();
+    assert_eq!(names(&apart), names(&together));
     // Energies that are only reported, and signals that nobody takes, connect nothing.
     assert_eq!(count(&(energy + &control("1"))), 2);
 }
