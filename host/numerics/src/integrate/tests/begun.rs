@@ -1,7 +1,7 @@
 //! Every step is announced before its errors are asked about.
 
-use super::fixtures::{Probe, smooth};
-use crate::integrate::{Accepted, Failure, Flow, Options, Span, System, by_name};
+use super::fixtures::{Probe, Rhs, smooth};
+use crate::integrate::{Accepted, Failure, Flow, Options, Span, Status, System, by_name};
 
 /// Records the steps that are announced, and counts the errors asked about in each.
 struct Announced {
@@ -53,5 +53,26 @@ fn every_step_is_announced_with_its_size() {
         let mut y = [1.0, 1.0, 0.0];
         let outcome = by_name(name).unwrap().integrate(&mut system, &mut y, &span, &Options::default()).unwrap();
         assert_eq!(system.steps.len(), outcome.counters.steps + outcome.counters.rejected, "{name}");
+    }
+}
+
+#[test]
+fn a_state_of_round_off_begins_as_one_of_zero() {
+    // A mass of 1 kg that a force of 1 kN pulls from where it is, far from time zero. A hundredth of round-off is no step.
+    let pulled: Rhs = |_, y, dy| dy.copy_from_slice(&[y[1], 1e3 * (1.0 - y[0])]);
+    let run = |from: f64, start: f64| {
+        let mut probe = Probe::new(pulled, 2, 1e-11);
+        let mut y = [from, 0.0];
+        let span = Span { t_start: start, t_end: start + 1.0, sample_times: &[] };
+        let outcome = by_name("dop853").unwrap().integrate(&mut probe, &mut y, &span, &Options::default()).unwrap();
+        assert!(matches!(outcome.status, Status::Completed), "{from} {start} {:?}", outcome.status);
+        let exact = 1.0 - 1e3_f64.sqrt().cos();
+        // Times of the size of the start have so many digits.
+        assert!((y[0] - exact).abs() < 1e-8 + 1e2 * f64::EPSILON * start, "{from} {start} {}", y[0] - exact);
+        outcome.counters.steps
+    };
+    for start in [0.0, 1.0, 1e6] {
+        let steps = [0.0, 1e-15, 1e-13, 1e-11].map(|from| run(from, start));
+        assert!(steps.iter().all(|more| *more <= steps[0] + 12), "{start}: {steps:?}");
     }
 }
