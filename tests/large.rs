@@ -345,3 +345,35 @@ fn many_loops_through_one_coordinate_are_not_written_in_it() {
     };
     assert_eq!((chosen(8).as_str(), chosen(60).as_str()), ("joint", "cartesian"));
 }
+
+/// A chain of links on ball joints between two points 0.8 of its length apart, along an arc of a circle, at rest.
+fn hung_at_both_ends(n: usize) -> String {
+    let length = 1.0 / n as f64;
+    // Half the angle of the arc, on which the links are chords.
+    let half = bisected(0.01, 3.1, |half| length * half.sin() / (half / n as f64).sin() - 0.8);
+    let radius = 0.5 * length / (half / n as f64).sin();
+    let along = |k: f64| half * (2.0 * k / n as f64 - 1.0);
+    let place = |k: usize| [0.4 + radius * along(k as f64).sin(), radius * (half.cos() - along(k as f64).cos())];
+    let mut text = scene("joints", 9.81, "t_end = 1\nformulation = \"cartesian\"");
+    let joint = |name: &str, bodies: [&str; 2], [x, y]: [f64; 2]| {
+        format!("[[joint]]\nname = \"{name}\"\ntype = \"spherical\"\nbodies = {bodies:?}\npoint = [{x:?}, {y:?}, 0]\n")
+    };
+    let inertia = length.powi(3);
+    for k in 0..n {
+        let (from, to) = (place(k), place(k + 1));
+        let before = if k == 0 { "ground".to_string() } else { format!("link{}", k - 1) };
+        let middle = [0.5 * (from[0] + to[0]), 0.5 * (from[1] + to[1])];
+        text += &body(&format!("link{k}"), middle, along(k as f64 + 0.5), length, [1e-3 * inertia, inertia / 12.0]);
+        text += &joint(&format!("ball{k}"), [&before, &format!("link{k}")], from);
+    }
+    text + &joint("end", [&format!("link{}", n - 1), "ground"], place(n))
+}
+
+#[test]
+fn a_step_that_is_too_long_is_no_singular_position() {
+    let summary = run(&hung_at_both_ends(80)).summary;
+    // Stages of the first attempt are off the joints by more than the chain's size: nothing is factored with care for them.
+    assert!(summary.rejected > 0 && summary.rank_safe == 0, "{} {}", summary.rejected, summary.rank_safe);
+    let audit = summary.audit;
+    assert!(audit.energy_error_relative < 1e-7 && audit.position_violation < 1e-12, "{audit:?}");
+}

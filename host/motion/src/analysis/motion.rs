@@ -17,6 +17,8 @@ pub(super) const NEAR_SINGULAR: f64 = 0.03;
 /// smaller steps. And redundant rows contradict each other there, so that it makes a difference which of them are solved.
 /// On the constraints neither is the case.
 pub(super) const APPROACH: f64 = 0.5;
+/// Share of the scene's size by which the stages of a step may be off the constraints where their rows seem dependent.
+const FAR_OFF: f64 = 1e-2;
 /// A plain pivot ratio below which nothing is left but round-off.
 pub(super) const SICK_TREE: f64 = 1e-12;
 
@@ -120,6 +122,21 @@ pub(super) trait Engines {
     /// # Errors
     /// [`AnalysisError::Uncertified`] where they do not hold.
     fn try_motion(&mut self, accelerations: &[f64], power: f64) -> Result<(), AnalysisError>;
+
+    /// Refuses to solve with care where the rows in use seem dependent only because a step under error control went far off the
+    /// constraints: a shorter one costs less.
+    ///
+    /// # Errors
+    /// [`AnalysisError::LeftConstraints`].
+    fn refuse_far_off(&mut self) -> Result<(), AnalysisError> {
+        let most = FAR_OFF.max(self.motion().most_off) * self.motion().length;
+        let (worst, row) = self.worst_violation()?;
+        if worst <= most {
+            return Ok(());
+        }
+        let what = self.motion().row_name(row);
+        Err(AnalysisError::LeftConstraints { what, violation: worst / self.motion().length })
+    }
 
     /// Whether the constraints themselves (not only the regular engine's choice of rows) have lost rank, or nearly so, where the
     /// rank-safe engine factored last.

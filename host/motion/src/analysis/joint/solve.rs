@@ -30,7 +30,10 @@ impl JointForm {
                 }
             }
         }
-        self.motion.counters.rank_safe += u64::from(self.regular.is_some());
+        if self.regular.is_some() {
+            self.refuse_far_off()?;
+            self.motion.counters.rank_safe += 1;
+        }
         self.write_mass()?;
         self.safe.factor(&self.motion.inputs, &self.bodies.sets, &mut self.motion.counters)?;
         match &self.equations.dependence {

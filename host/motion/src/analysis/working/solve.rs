@@ -34,7 +34,10 @@ impl WorkingForm {
                 return Ok(Used::Regular);
             }
         }
-        self.motion.counters.rank_safe += u64::from(self.regular.is_some());
+        if self.regular.is_some() {
+            self.refuse_far_off()?;
+            self.motion.counters.rank_safe += 1;
+        }
         let engine = &mut self.safe;
         engine.dynamics.evaluate(&self.motion.inputs, &self.sets)?;
         engine.factor(Source::Dynamics, &self.key, &mut self.motion.counters)?;
