@@ -339,7 +339,8 @@ impl Adaptive for Explicit {
     }
 
     /// Starting step size (section II.4): `h^order max(|y'|, |y''|) = 0.01`, with `y''` from one
-    /// explicit Euler step in which the state changes by a hundredth of its size.
+    /// explicit Euler step in which the state changes by a hundredth of its size: of a state that is round-off that would be
+    /// a step in which time stands still.
     fn first_step(&mut self, run: &mut Run<'_>, y: &[f64]) -> Result<f64, Trouble> {
         let n = self.n;
         let (t, length) = (run.t, run.span.t_end - run.span.t_start);
@@ -351,7 +352,7 @@ impl Adaptive for Explicit {
         let speed = run.system.error_norm(y, y, start);
         let tiny = 1e-6 * length;
         let guess = if size > 1e-5 && speed > 1e-5 { 0.01 * (size / speed) } else { tiny };
-        let h = if guess.is_finite() { guess.min(longest) } else { tiny };
+        let h = if guess.is_finite() { guess.max(run.least_first_step()).min(longest) } else { tiny };
 
         for (i, argument) in argument.iter_mut().enumerate() {
             *argument = y[i] + h * start[i];
