@@ -135,7 +135,7 @@ fn rotors_of_revolution_are_judged_as_they_turn() {
         let path = scratch.file(&format!("{name}.toml"), &rotor(bodies));
         for spin in ["-2000", "-3", "1e-3", "20", "300"] {
             let (found, unsteadiness) = modes(&path, &[&format!("spin={spin}")]);
-            assert_eq!(unsteadiness, 0.0, "{bodies} {spin}");
+            assert!(unsteadiness < 1e-6, "{bodies} {spin}: {unsteadiness}");
             assert_ne!(found.stability, Stability::Frozen);
         }
         let (found, unsteadiness) = modes(&path, &["rotor.inertia.x=0.15"]);
