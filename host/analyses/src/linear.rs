@@ -12,6 +12,7 @@
 //! linearisation is frozen in time where the state moves, and exact where it is at rest or turns about axes of symmetry.
 
 mod solve;
+mod steady;
 
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
@@ -87,6 +88,8 @@ pub struct Linear {
     pub notes: Vec<String>,
     /// Whether the scene neither moves nor accelerates there.
     pub at_rest: bool,
+    /// How fast it changes along the motion, on its size, 1/s; zero at rest, and where the motion is steady in axes of the ground.
+    pub unsteadiness: f64,
 }
 
 /// The six components of a force element's load at a frame, among the derivatives that are kept for energies.
@@ -267,12 +270,14 @@ impl Linear {
                 linear.loads.rows_mut(6 * k, 6).copy_from(&own.rows(6 * frame, 6));
             }
         }
-        linear.say(session, instant, &local);
+        if linear.say(session, instant, &local) {
+            linear.unsteadiness = steady::unsteadiness(&linear, instant, (&mut local, &rows), layout, length);
+        }
         Ok(linear)
     }
 
-    /// What the user has to know about where this was done.
-    fn say(&mut self, session: &Session, instant: &Instant, local: &Local) {
+    /// What the user has to know about where this was done. Whether the scene moves there.
+    fn say(&mut self, session: &Session, instant: &Instant, local: &Local) -> bool {
         let layout = &session.plan.layout;
         let length = session.assembly.scales.length;
         let mut fastest = (0.0_f64, String::new());
@@ -311,7 +316,12 @@ impl Linear {
         }
         let equations = &session.equations;
         if equations.enforced().any(|row| !equations.graph.is_zero(equations.rows[row].time)) {
-            self.notes.push("joints are driven: their prescribed motion is held as at this instant".into());
+            let how = if !self.at_rest {
+                "goes on"
+            } else {
+                "stands still, and what it causes (centrifugal and gyroscopic forces) is left out"
+            };
+            self.notes.push(format!("joints are driven: their prescribed motion {how}"));
         }
         for one in &equations.releases {
             let state = if instant.released.contains(&one.element) { "has let go" } else { "is taken to hold" };
@@ -337,6 +347,7 @@ impl Linear {
                     .into(),
             );
         }
+        moves
     }
 }
 
@@ -463,5 +474,6 @@ pub(crate) fn reduce(e: &Expansion) -> Result<Linear, String> {
         bodies: Vec::new(),
         notes: Vec::new(),
         at_rest: false,
+        unsteadiness: 0.0,
     })
 }

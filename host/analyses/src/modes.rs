@@ -14,6 +14,8 @@ use crate::session::{Session, SessionError};
 const RESIDUAL: f64 = 1e-10;
 /// On what round-off does to an eigenvalue to first order: a pair that it makes of a double one is off by twice that.
 const MARGIN: f64 = 2.0;
+/// Share of the slowest eigenvalue from which on a linear model changes too fast for them.
+const SLOW: f64 = 1e-3;
 /// Shares below this are not reported.
 const LEAST_SHARE: f64 = 1e-6;
 
@@ -32,6 +34,9 @@ pub enum Stability {
     /// Rows on velocities, as those of friction that sticks, hold what is neutral: places next to this rest as well. All modes decay,
     /// and what leaves the place comes to rest near it.
     Held,
+    /// The linear model changes along the motion that it is of, as that of a pendulum on a shaft that turns does in axes of the ground:
+    /// the eigenvalues of an instant say nothing about what grows.
+    Frozen,
 }
 
 impl Stability {
@@ -43,6 +48,9 @@ impl Stability {
             Self::Stable => "stable: all modes decay",
             Self::Undamped => "no mode grows, some do not decay (undamped)",
             Self::Held => "held: it rests here and in places next to this, and all modes decay",
+            Self::Frozen => {
+                "frozen: coefficients change along the motion, and eigenvalues of an instant do not say what grows"
+            }
             Self::Undecided => "not decided: no mode grows, some are zero (neutral directions, or within round-off)",
         }
     }
@@ -190,7 +198,10 @@ impl Modes {
         let open = |mode: &Mode| mode.real.hypot(mode.imaginary) <= mode.uncertainty;
         let (free, held) = neutral(linear, &found.null, length);
         let zeros_are_held = found.zeros == held.ncols();
-        let stability = if modes.iter().any(|mode| mode.decided && mode.real > 0.0) {
+        let slowest = modes.iter().map(|mode| mode.real.hypot(mode.imaginary)).fold(f64::INFINITY, f64::min);
+        let stability = if linear.unsteadiness > SLOW * slowest {
+            Stability::Frozen
+        } else if modes.iter().any(|mode| mode.decided && mode.real > 0.0) {
             Stability::Unstable
         } else if !zeros_are_held || modes.iter().any(|mode| open(mode) || mode.imaginary == 0.0 && !mode.decided) {
             Stability::Undecided

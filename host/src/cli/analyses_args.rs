@@ -12,7 +12,7 @@ pub(super) struct PlaceArgs {
     #[command(flatten)]
     pub(super) scene: SceneArgs,
     /// State to look at: `start`, `equilibrium` (found as `odyn statics` does), or a time of the run, in the scene's unit
-    #[arg(long, value_name = "start|equilibrium|TIME", default_value = "start", allow_negative_numbers = true)]
+    #[arg(long, value_name = "start|equilibrium|TIME", default_value = "start", allow_hyphen_values = true)]
     pub(super) at: String,
     /// Look at the state that a run, or `odyn statics`, left in this folder of results
     #[arg(long, value_name = "DIR")]

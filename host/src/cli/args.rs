@@ -454,7 +454,7 @@ pub(super) struct BenchArgs {
     #[arg(long, value_name = "SECONDS", default_value_t = 60.0, value_parser = positive)]
     pub(super) limit: f64,
     /// End of the simulated time: in the scene's unit, or with its own such as "0.2 s"
-    #[arg(long, value_name = "TIME")]
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
     pub(super) t_end: Option<String>,
     /// The default method at two tolerances, each run once
     #[arg(long, conflicts_with_all = ["methods", "tols", "repeats"])]

@@ -90,6 +90,12 @@ fn table(found: &Campbell, most: usize) -> String {
     if found.branches.len() > shown {
         let _ = writeln!(text, "  and {} more branches", found.branches.len() - shown);
     }
+    // Those of the first value that has any: numbers in them are of that one.
+    if let Some((at, first)) = found.modes.iter().enumerate().find(|(_, modes)| !modes.notes.is_empty()) {
+        first.notes.iter().for_each(|note| {
+            let _ = writeln!(text, "note: at {} = {}: {note}", found.key, found.values[at]);
+        });
+    }
     text
 }
 

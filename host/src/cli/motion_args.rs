@@ -116,7 +116,7 @@ pub(super) struct LoadsArgs {
     #[arg(long, value_name = "NAME")]
     pub(super) body: String,
     /// Times, in the scene's unit, or `peaks`: where a force or moment on the body is largest among the output times
-    #[arg(long, value_name = "peaks|TIME,...", default_value = "peaks")]
+    #[arg(long, value_name = "peaks|TIME,...", default_value = "peaks", allow_hyphen_values = true)]
     pub(super) at: String,
     /// What is written
     #[arg(long, value_enum, default_value = "csv")]

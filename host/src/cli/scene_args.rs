@@ -20,7 +20,7 @@ pub(super) struct SceneArgs {
     #[arg(long, visible_alias = "tolerance", value_name = "X", value_parser = positive, allow_negative_numbers = true)]
     pub(super) tol: Option<f64>,
     /// End of the simulated time: in the scene's unit, or with its own such as "0.2 s"
-    #[arg(long, value_name = "TIME", allow_negative_numbers = true)]
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
     pub(super) t_end: Option<String>,
     /// Method of integration: dop853 (default) and dopri5 (explicit), auto (dop853 or radau5, whichever costs less, also on the way),
     /// radau5 (implicit, for stiff scenes), radau9 (the same at tight tolerances), rk4 (needs --fixed-step)

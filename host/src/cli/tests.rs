@@ -105,6 +105,26 @@ fn options_with_a_key_of_their_own_come_behind_all_sets() {
 }
 
 #[test]
+fn times_before_zero_are_taken_with_and_without_a_unit() {
+    for time in ["-0.5", "-100 ms", "-2e-3s", "0.2 s"] {
+        for command in [
+            "run s.toml --t-end",
+            "bench s.toml --t-end",
+            "modes s.toml --at",
+            "linearise s.toml --at",
+            "loads s.toml --body b --at",
+        ] {
+            let words = std::iter::once("odyn").chain(command.split(' ')).chain([time]);
+            assert!(Arguments::try_parse_from(words).is_ok(), "{command} {time}");
+        }
+    }
+    let args = Arguments::try_parse_from(["odyn", "run", "s.toml", "--t-end", "-100 ms", "--json"]).unwrap();
+    let Command::Run(args) = args.command else { panic!("another command") };
+    assert!(args.scene.json);
+    assert_eq!(args.scene.t_end.as_deref(), Some("-100 ms"));
+}
+
+#[test]
 fn results_go_below_the_name_of_the_scene() {
     assert_eq!(run_args("run a/compressor.toml").scene.default_output(), Path::new("results").join("compressor"));
     assert_eq!(run_args("run compressor").scene.default_output(), Path::new("results").join("compressor"));

@@ -14,7 +14,7 @@
 //! rule given there: T_t = sqrt(T_i T_d) = sqrt(kd / ki) with a derivative part, T_t = T_i = kp / ki without.
 //!
 //! Parts with a gain of zero are left out together with their states. An integral part at the start stays without `ki`: it is a
-//! constant then, led back at a limit only with `tracking_time`.
+//! constant then, without a state, led back at a limit only with `tracking_time`.
 //!
 //! ## Signs
 //! Positive gains drive a plant whose measured value grows with the output. All three gains are negative for the opposite.
@@ -72,6 +72,8 @@ use crate::Limits;
 pub struct Pid {
     kp: f64,
     integral: Option<Integral>,
+    /// An integral part that nothing changes.
+    bias: f64,
     derivative: Option<Derivative>,
     limits: Limits,
 }
@@ -133,14 +135,14 @@ impl Element for Pid {
             Some(filter_time) => Some(Derivative { gain: p.kd, filter_time }),
             None => return Err(ParamError::new("filter_time", "is missing: a derivative part needs a filter")),
         };
-        let integral = if p.ki == 0.0 && p.initial_integral == 0.0 {
-            None
-        } else {
-            let is_led_back = limits.exist() && (p.ki != 0.0 || p.tracking_time.is_some());
+        let is_led_back = limits.exist() && (p.ki != 0.0 || (p.tracking_time.is_some() && p.initial_integral != 0.0));
+        let (integral, bias) = if p.ki != 0.0 || is_led_back {
             let tracking_rate = if is_led_back { 1.0 / tracking_time(&p)? } else { 0.0 };
-            Some(Integral { gain: p.ki, initial: p.initial_integral, tracking_rate })
+            (Some(Integral { gain: p.ki, initial: p.initial_integral, tracking_rate }), 0.0)
+        } else {
+            (None, p.initial_integral)
         };
-        Ok(Self { kp: p.kp, integral, derivative, limits })
+        Ok(Self { kp: p.kp, integral, bias, derivative, limits })
     }
 }
 
@@ -175,6 +177,8 @@ impl Pid {
         let mut unlimited = error * self.kp + at.inputs[2];
         if self.integral.is_some() {
             unlimited += at.states[0];
+        } else if self.bias != 0.0 {
+            unlimited += S::from(self.bias);
         }
         if let Some(derivative) = self.derivative {
             unlimited += (error - self.filtered(at)) * (derivative.gain / derivative.filter_time);

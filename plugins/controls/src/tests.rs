@@ -101,7 +101,9 @@ mod contract {
         assert_eq!(states(accepted::<Sensor>("time_constant = 0.1\ninitial = 4.0")), [4.0]);
         assert_eq!(states(accepted::<Pid>("kp = 1.0")), [0.0; 0]);
         assert_eq!(states(accepted::<Pid>("ki = 1.0\ninitial_integral = 3.0")), [3.0]);
-        assert_eq!(states(accepted::<Pid>("kp = 1.0\nlow = -9.0\ninitial_integral = 3.0")), [3.0]);
+        // What nothing changes is no state: it would be a mode that never decays.
+        assert_eq!(states(accepted::<Pid>("kp = 1.0\nlow = -9.0\ninitial_integral = 3.0")), [0.0; 0]);
+        assert_eq!(states(accepted::<Pid>("kp = 1.0\nlow = -9.0\ntracking_time = 1.0\ninitial_integral = 3.0")), [3.0]);
         assert_eq!(states(accepted::<Pid>("kd = 1.0\nfilter_time = 0.1")), [0.0]);
         assert_eq!(states(accepted::<Pid>(&format!("{PID}\ninitial_integral = 3.0"))), [3.0, 0.0]);
         assert_eq!(states(accepted::<TransferFunction>(RESONANT)), [0.0; 3]);
@@ -306,12 +308,12 @@ mod pid {
         let parts = |params: &str| {
             let probe = accepted::<Pid>(&format!("kp = 2.0\nlow = -4.0\nhigh = 4.0\ninitial_integral = 3.0\n{params}"));
             let ForceValues { rates, channels, .. } = probe.force_values(&setting(&probe, &[1.0, 0.0], 0.0));
-            (rates[0], channels[2])
+            (rates.first().copied(), channels[2])
         };
-        assert_eq!(parts(""), (0.0, 5.0));
+        assert_eq!(parts(""), (None, 5.0));
         // The limit of ever smaller gains, with which the rule leads back ever slower.
-        assert_close(parts("ki = 1e-6").0 / 0.5e-6, 1.0, 1e-12);
-        assert_eq!(parts("tracking_time = 0.5"), (-2.0, 5.0));
+        assert_close(parts("ki = 1e-6").0.unwrap() / 0.5e-6, 1.0, 1e-12);
+        assert_eq!(parts("tracking_time = 0.5"), (Some(-2.0), 5.0));
     }
 
     #[test]

@@ -352,7 +352,7 @@ impl Adaptive for Explicit {
         let speed = run.system.error_norm(y, y, start);
         let tiny = 1e-6 * length;
         let guess = if size > 1e-5 && speed > 1e-5 { 0.01 * (size.max(1.0) / speed) } else { tiny };
-        let h = if guess.is_finite() { guess.max(run.smallest_step()).min(longest) } else { tiny };
+        let h = if guess.is_finite() { guess.max(run.least_first_step()).min(longest) } else { tiny };
 
         for (i, argument) in argument.iter_mut().enumerate() {
             *argument = y[i] + h * start[i];

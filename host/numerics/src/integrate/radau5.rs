@@ -417,7 +417,8 @@ impl<const S: usize> Adaptive for Radau<S> {
         let length = run.span.t_end - run.span.t_start;
         let speed = run.system.error_norm(y, y, &self.start) / self.control.test;
         let step = if speed > 0.0 { 1.0 / speed } else { f64::INFINITY };
-        Ok(step.clamp(1e-10 * length, 1e-3 * length))
+        let least = run.least_first_step();
+        Ok(step.clamp(least, least.max(1e-3 * length)))
     }
 
     /// A sample inside the step, if interpolation would not do.

@@ -11,6 +11,8 @@ const LAST_STEP_STRETCH: f64 = 1.01;
 
 /// A step this many times the spacing of floating-point times is too small.
 const SMALLEST_STEP: f64 = 10.0 * f64::EPSILON;
+/// Share of the interval below which no step is begun with.
+const LEAST_FIRST_STEP: f64 = 1e-10;
 /// Share of a number by which its first 15 digits may be off.
 const FIFTEEN_DIGITS: f64 = 5e-15;
 /// Share of the interval below which a step is short enough for sums: where a motion begins, or is none but for round-off, all of a
@@ -318,6 +320,11 @@ impl<'a> Run<'a> {
         }
         let share = (k + 1) as f64 / count as f64;
         self.span.t_start + share * (self.span.t_end - self.span.t_start)
+    }
+
+    /// The shortest step to begin with: what asks for a shorter one is round-off of the state, and the error of the step decides.
+    pub fn least_first_step(&self) -> f64 {
+        (LEAST_FIRST_STEP * (self.span.t_end - self.span.t_start)).max(self.smallest_step())
     }
 
     /// Step size below which time does not advance properly.

@@ -1,6 +1,6 @@
-//! Every step is announced before its errors are asked about.
+//! How steps begin: every one is announced before its errors are asked about, and the first is no shorter than time can tell.
 
-use super::fixtures::{Probe, Rhs, smooth};
+use super::fixtures::{Probe, Rhs, distance, smooth};
 use crate::integrate::{Accepted, Failure, Flow, Options, Span, Status, System, by_name};
 
 /// Records the steps that are announced, and counts the errors asked about in each.
@@ -74,5 +74,26 @@ fn a_state_of_round_off_begins_as_one_of_zero() {
     for start in [0.0, 1.0, 1e6] {
         let steps = [0.0, 1e-15, 1e-13, 1e-11].map(|from| run(from, start));
         assert!(steps.iter().all(|more| *more <= steps[0] + 12), "{start}: {steps:?}");
+    }
+}
+
+/// Something at rest, and in its place but for round-off, begins to move.
+#[test]
+fn a_state_that_is_round_off_does_not_decide_how_long_the_first_step_is() {
+    let falling: Rhs = |_, y, dy| dy.copy_from_slice(&[y[1], 1.0]);
+    for name in ["dop853", "dopri5", "radau5", "radau9", "auto"] {
+        for [place, tolerance] in [[1e-17, 1e-11], [-3e-17, 1e-12], [1e-16, 1e-13]] {
+            let mut probe = Probe::new(falling, 2, tolerance);
+            let mut y = [place, 0.0];
+            let span = Span { t_start: 1.0, t_end: 3.0, sample_times: &[] };
+            let outcome = by_name(name).unwrap().integrate(&mut probe, &mut y, &span, &Options::default()).unwrap();
+            assert!(
+                matches!(outcome.status, Status::Completed),
+                "{name} {place:e} {tolerance:e}: {:?}",
+                outcome.status
+            );
+            assert!(distance(&y, &[2.0, 2.0]) < 100.0 * tolerance, "{name} {place:e} {tolerance:e}: {y:?}");
+            assert!(outcome.counters.steps < 40, "{name}: {:?}", outcome.counters);
+        }
     }
 }
