@@ -2,17 +2,19 @@
 //!
 //! The matrix is balanced (Parlett & Reinsch 1969). Zero eigenvalues are split off first, by the null spaces of the matrix and of
 //! what is left of it, one after the other: rigid motions have a double zero with one vector, which plain iterations return as a
-//! pair of the size of the root of round-off. The others come from the real Schur form, their vectors from inverse iteration in
+//! pair of the size of the root of round-off. The others come from QR sweeps, their vectors from inverse iteration in
 //! coordinates in which the matrix has Hessenberg's form: there it is factored anew for each eigenvalue at the cost of a few products
 //! with a vector (Golub & Van Loan, "Matrix Computations", 4th ed. 2013, section 7.6.1), so that all of them cost as much as the form
 //! itself, and not the size of the matrix times as much.
 
 mod shifted;
+mod values;
 
-use nalgebra::{Complex, DMatrix, DVector, Schur};
+use nalgebra::{Complex, DMatrix, DVector};
 
 use crate::linalg::SingularValues;
 use shifted::Shifted;
+use values::eigenvalues;
 
 /// A complex vector.
 pub type ComplexVector = DVector<Complex<f64>>;
@@ -23,8 +25,6 @@ const NULL: f64 = 20.0;
 const OPEN: f64 = 400.0;
 /// Eigenvalues nearer than this share of the matrix's size are looked at together.
 const CLOSE: f64 = 1e-7;
-/// Iterations of the Schur form, per row.
-const SCHUR_ITERATIONS: usize = 200;
 
 /// An eigenvalue that is not zero, with its vector.
 #[derive(Debug, Clone)]
@@ -75,12 +75,7 @@ pub fn spectrum(matrix: &DMatrix<f64>) -> Option<Spectrum> {
     }
     let limit = NULL * n as f64 * f64::EPSILON * size;
     let (left, null) = without_zeros(&balanced, limit)?;
-    let mut values: Vec<Complex<f64>> = if left.is_empty() {
-        Vec::new()
-    } else {
-        let schur = Schur::try_new(left.clone(), f64::EPSILON, SCHUR_ITERATIONS * left.nrows())?;
-        schur.complex_eigenvalues().iter().copied().collect()
-    };
+    let mut values = if left.is_empty() { Vec::new() } else { eigenvalues(left)? };
     values.sort_by(|a, b| a.norm().total_cmp(&b.norm()).then(a.im.total_cmp(&b.im)));
     let zeros = n - values.len();
     values.retain(|value| value.im >= 0.0);

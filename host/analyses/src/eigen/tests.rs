@@ -38,6 +38,21 @@ fn rigid_motions_are_zeros_not_pairs_of_the_size_of_a_root() {
 }
 
 #[test]
+fn a_top_that_stands_falls_and_turns_freely_about_itself() {
+    // Hessenberg's form of the fall, lambda^2 = g +- i h sqrt(g), and the angle about itself.
+    let (g, h) = (64.0, 5.0);
+    let mut a = DMatrix::zeros(6, 6);
+    (a[(0, 1)], a[(0, 3)], a[(1, 0)], a[(2, 1)], a[(2, 3)], a[(3, 2)]) = (1.0, -h, g, h, g, 1.0);
+    a[(4, 5)] = 1.0;
+    let found = values(&a);
+    assert_eq!((found.zeros, found.null.ncols(), found.pairs.len()), (2, 1, 2));
+    let root = Complex::new(g, h * 8.0).sqrt();
+    for known in [root, -root.conj()] {
+        assert!(found.pairs.iter().any(|pair| (pair.value - known).norm() < 1e-12), "{:?}", found.pairs);
+    }
+}
+
+#[test]
 fn equal_eigenvalues_have_vectors_of_their_own() {
     let mut a = DMatrix::zeros(4, 4);
     for k in 0..2 {

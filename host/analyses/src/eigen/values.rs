@@ -1,0 +1,196 @@
+//! [`eigenvalues`] of a real matrix, by the double-shift QR iteration.
+
+use nalgebra::{Complex, DMatrix};
+
+/// Sweeps for an eigenvalue or a pair.
+const MOST_SWEEPS: usize = 120;
+/// After so many without one, a sweep has other shifts.
+const PATIENCE: usize = 10;
+
+/// The eigenvalues of a matrix that is not empty, of conjugates both; `None` where they are not found.
+///
+/// Francis' iteration (Golub & Van Loan, "Matrix Computations", 4th ed. 2013, section 7.5) with the shifts of EISPACK's `hqr` and LAPACK's
+/// `dlahqr`: those of the last two rows, and now and then exceptional ones. Without these, matrices whose eigenvalues stand in a ring about
+/// zero are turned round and round: what stands upright and turns has a, -a and their conjugates, and shifts that see their squares only.
+pub(super) fn eigenvalues(matrix: DMatrix<f64>) -> Option<Vec<Complex<f64>>> {
+    let mut form = matrix.hessenberg().unpack_h();
+    let mut found = Vec::with_capacity(form.nrows());
+    let (mut rows, mut sweeps) = (form.nrows(), 0);
+    while rows > 0 {
+        let last = rows - 1;
+        let first = (1..rows).rev().find(|k| is_parted(&form, *k, last)).unwrap_or(0);
+        if last - first > 1 {
+            sweeps += 1;
+            if sweeps > MOST_SWEEPS {
+                return None;
+            }
+            let shifts = if sweeps % PATIENCE == 0 {
+                let from = if sweeps % (2 * PATIENCE) == 0 { last - 2 } else { first };
+                Shifts::exceptional(&form, from)
+            } else {
+                Shifts::of(&form, last - 1)
+            };
+            sweep(&mut form, first, last, &shifts);
+            continue;
+        }
+        if first == last {
+            found.push(Complex::new(form[(last, last)], 0.0));
+        } else {
+            found.extend(Shifts::of(&form, first).values());
+        }
+        (rows, sweeps) = (first, 0);
+    }
+    Some(found)
+}
+
+/// Whether the entry beside the diagonal between row `k` and the one before is round-off.
+fn is_parted(form: &DMatrix<f64>, k: usize, last: usize) -> bool {
+    let beside = |row: usize| form[(row, row - 1)].abs();
+    let mut size = form[(k - 1, k - 1)].abs() + form[(k, k)].abs();
+    if size == 0.0 {
+        size = if k > 1 { beside(k - 1) } else { 0.0 } + if k < last { beside(k + 1) } else { 0.0 };
+    }
+    beside(k) <= f64::EPSILON * size
+}
+
+/// Two shifts, as the eigenvalues of two rows.
+struct Shifts {
+    upper: f64,
+    lower: f64,
+    /// Product of the entries beside the diagonal.
+    across: f64,
+}
+
+impl Shifts {
+    fn of(form: &DMatrix<f64>, k: usize) -> Self {
+        Self { upper: form[(k, k)], lower: form[(k + 1, k + 1)], across: form[(k, k + 1)] * form[(k + 1, k)] }
+    }
+
+    /// With the numbers of `dlahqr`, which have no meaning.
+    fn exceptional(form: &DMatrix<f64>, k: usize) -> Self {
+        let size = form[(k + 1, k)].abs() + form[(k + 2, k + 1)].abs();
+        let own = form[(k, k)] + 0.75 * size;
+        Self { upper: own, lower: own, across: -0.4375 * size * size }
+    }
+
+    fn values(&self) -> [Complex<f64>; 2] {
+        let half = 0.5 * (self.upper - self.lower);
+        let square = half * half + self.across;
+        if square < 0.0 {
+            let value = Complex::new(self.lower + half, (-square).sqrt());
+            return [value, value.conj()];
+        }
+        let far = half + square.sqrt().copysign(half);
+        let near = if far == 0.0 { 0.0 } else { -self.across / far };
+        [Complex::new(self.lower + far, 0.0), Complex::new(self.lower + near, 0.0)]
+    }
+}
+
+/// One step for the rows from `first` to `last`, at least three: the bulge that the shifts make is chased down the diagonal.
+fn sweep(form: &mut DMatrix<f64>, first: usize, last: usize, shifts: &Shifts) {
+    let (top, next, below) = (form[(first, first)], form[(first + 1, first + 1)], form[(first + 1, first)]);
+    let (from_upper, from_lower) = (top - shifts.upper, top - shifts.lower);
+    let mut axis = [
+        from_upper * from_lower - shifts.across + form[(first, first + 1)] * below,
+        below * (from_upper + next - shifts.lower),
+        below * form[(first + 2, first + 1)],
+    ];
+    for k in first..last {
+        let width = 3.min(last + 1 - k);
+        if k > first {
+            axis = std::array::from_fn(|i| if i < width { form[(k + i, k - 1)] } else { 0.0 });
+        }
+        let size = axis.iter().fold(0.0_f64, |size, entry| size.max(entry.abs()));
+        if size == 0.0 {
+            continue;
+        }
+        // The reflection that leaves of the axis its first entry only.
+        axis.iter_mut().for_each(|entry| *entry /= size);
+        let length = -axis.iter().map(|entry| entry * entry).sum::<f64>().sqrt().copysign(axis[0]);
+        axis[0] -= length;
+        let factor = -1.0 / (length * axis[0]);
+        if k > first {
+            form[(k, k - 1)] = length * size;
+            (1..width).for_each(|i| form[(k + i, k - 1)] = 0.0);
+        }
+        for column in k..=last {
+            let along = factor * (0..width).map(|i| axis[i] * form[(k + i, column)]).sum::<f64>();
+            (0..width).for_each(|i| form[(k + i, column)] -= along * axis[i]);
+        }
+        for row in first..=last.min(k + 3) {
+            let along = factor * (0..width).map(|i| axis[i] * form[(row, k + i)]).sum::<f64>();
+            (0..width).for_each(|i| form[(row, k + i)] -= along * axis[i]);
+        }
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)] // in a test, the panic is the message
+mod tests {
+    use nalgebra::Schur;
+
+    use super::*;
+
+    fn sorted(mut values: Vec<Complex<f64>>) -> Vec<Complex<f64>> {
+        values.sort_by(|a, b| a.re.total_cmp(&b.re).then(a.im.total_cmp(&b.im)));
+        values
+    }
+
+    /// For each value the nearest of the others, each of which is taken once.
+    fn largest_difference(values: &[Complex<f64>], mut others: Vec<Complex<f64>>) -> f64 {
+        assert_eq!(values.len(), others.len());
+        let mut largest = 0.0_f64;
+        for value in values {
+            let distance = |other: &Complex<f64>| (other - value).norm();
+            let k = (0..others.len()).min_by(|a, b| distance(&others[*a]).total_cmp(&distance(&others[*b]))).unwrap();
+            largest = largest.max(distance(&others.swap_remove(k)));
+        }
+        largest
+    }
+
+    #[test]
+    fn what_stands_upright_and_turns_has_four_of_one_magnitude() {
+        // Hessenberg's form of a top: lambda^2 = g +- i h sqrt(g). The shifts of its last rows are real, one the negative of the other.
+        for h in [1e-3, 0.1, 1.0, 5.0, 50.0] {
+            let g = 64.0;
+            #[rustfmt::skip]
+            let top = DMatrix::from_row_slice(4, 4, &[
+                0.0, 1.0, 0.0, -h,
+                g, 0.0, 0.0, 0.0,
+                0.0, h, 0.0, g,
+                0.0, 0.0, 1.0, 0.0,
+            ]);
+            let root = Complex::new(g, h * 8.0).sqrt();
+            let known = [root, root.conj(), -root, -root.conj()];
+            let found = eigenvalues(top).unwrap();
+            assert!(largest_difference(&known, found.clone()) < 1e-11, "{h}: {found:?}");
+        }
+    }
+
+    #[test]
+    fn rings_of_eigenvalues_are_found() {
+        for n in 3..40 {
+            let ring = DMatrix::from_fn(n, n, |i, j| if (j + 1) % n == i { 1.0 } else { 0.0 });
+            let known: Vec<_> =
+                (0..n).map(|k| Complex::from_polar(1.0, std::f64::consts::TAU * k as f64 / n as f64)).collect();
+            assert!(largest_difference(&known, eigenvalues(ring).unwrap()) < 1e-13, "{n}");
+        }
+    }
+
+    #[test]
+    fn matrices_without_structure_have_those_of_the_schur_form() {
+        let mut state = 1_u64;
+        let mut next = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+        };
+        for n in (1..30).chain([60]) {
+            let a = DMatrix::from_fn(n, n, |_, _| next());
+            let known = Schur::try_new(a.clone(), f64::EPSILON, 10_000).unwrap().complex_eigenvalues();
+            let found = eigenvalues(a.clone()).unwrap();
+            assert!(largest_difference(known.as_slice(), found.clone()) < 1e-11 * a.norm(), "{n}");
+            let conjugates = found.iter().map(Complex::conj).collect();
+            assert_eq!(sorted(found), sorted(conjugates));
+        }
+    }
+}
