@@ -2,6 +2,7 @@
 //! "Kinematics and Dynamics of Multibody Systems with Imperfect Joints", 2008).
 
 use crate::contacts::{every_way_agrees, run};
+use crate::support::column;
 
 /// A crank turned at 600 rpm, whose rod has its pin in the slider with a clearance; at the start the pin is in the middle.
 const CRANK: &str = r#"
@@ -108,5 +109,56 @@ fn friction_in_a_small_clearance_is_proved_to_be_watched() {
         // The way of the pin in the hollow is the difference of two that are a thousand times as long: by values alone a fourth of the steps
         // and more is left unproven.
         assert!(summary.enclosures > 100 && 20 * summary.unproven < summary.enclosures, "{summary:?}");
+    }
+}
+
+/// A disc falls from the very middle of a ring that is a decimetre wider.
+const DISC: &str = r#"
+[plugins]
+libraries = ["odyn-joints"]
+
+[simulation]
+gravity = [0, -9.81, 0]
+t_end = 0.1
+output_step = 0.01
+
+[[body]]
+name = "disc"
+mass = 1
+inertia = [0.005, 0.005, 0.01]
+
+[[joint]]
+name = "ring"
+type = "ball-contact"
+bodies = ["ground", "disc"]
+frames = [{ position = [0, 0, 0] }, { position = [0, 0, 0] }]
+params.radius_i = 0.2
+params.radius_j = 0.1
+params.inside = true
+
+[[output]]
+name = "load"
+quantity = "reaction_force"
+of = "ring"
+component = "magnitude"
+
+[[output]]
+name = "torque"
+quantity = "reaction_torque"
+of = "ring"
+component = "z"
+"#;
+
+#[test]
+fn what_floats_in_the_middle_of_its_hollow_has_no_load_with_friction_either() {
+    for friction in ["", "params.mu = 0.05", "params.rough = true"] {
+        let text = DISC.replace("params.inside = true", &format!("params.inside = true\n{friction}"));
+        for formulation in ["joint", "cartesian"] {
+            let report = run(&text, &[&format!("simulation.formulation=\"{formulation}\"")]);
+            for name in ["load", "torque"] {
+                let values = column(&report, name);
+                assert!(values.len() == 11 && values.iter().all(|value| *value == 0.0), "{friction}: {values:?}");
+            }
+        }
     }
 }

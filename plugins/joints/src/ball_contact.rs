@@ -13,7 +13,7 @@
 //! | along t | t . (v_j + omega_j x (q - p_j) - v_i - omega_i x (q - p_i)) = 0 | likewise |
 //!
 //! `inside`, the gap is the distance of the surfaces where they are near each other, and half the clearance c where the centres coincide: it has
-//! derivatives there too.
+//! derivatives there too. So has n, which is (p_j - p_i) / c there: a unit vector where they touch.
 //!
 //! The contact is q = p_i + r_i n. Across a = (2, 3, 6) / 7 in frame i are (3, -6, 2) / 7 and (6, 2, -3) / 7: turned by the smallest
 //! rotation that takes a to n these are s and t.
@@ -171,7 +171,8 @@ impl Constraint for BallContact {
     fn velocity_residual<S: Scalar>(&self, at: &Motion<'_, S>, rows: &mut Rows<'_, S>) {
         let (i, j) = (&at.frames()[0], &at.frames()[1]);
         let apart = j.position - i.position;
-        let n = apart / length(apart);
+        // `inside`, a unit vector where they touch, and defined where the centres coincide.
+        let n = apart / if self.0.inside { S::from(self.0.radius_i - self.0.radius_j) } else { length(apart) };
         let slip = at.relative_velocity_at(0, 1, i.position + n * S::from(self.0.radius_i));
         let [a, s, t] = AXES.map(|axis| i.rotation * Vec3::from(axis.map(S::from)));
         // The smallest rotation from a to n, of what is across a: x - (a + n) (n . x) / (1 + a . n).
