@@ -97,11 +97,12 @@ fn idle(
             return false;
         }
         let mut elsewhere = params.clone();
-        for other in class.params.iter().filter(|other| other.name != spec.name && other.kind == ParamKind::Number) {
-            if record.params.get(&other.name).is_some()
-                && let Some(value) = params.get(&other.name).and_then(|value| changed(other, value).into_iter().next())
-            {
-                elsewhere.insert(other.name.clone(), value);
+        let others = class.params.iter().filter(|other| other.name != spec.name && other.kind == ParamKind::Number);
+        for (k, other) in others.enumerate().filter(|(_, other)| record.params.get(&other.name).is_some()) {
+            let values = params.get(&other.name).map_or_else(Vec::new, |value| changed(other, value));
+            // Each in another way: two that are equal are so no more.
+            if let Some(value) = values.iter().cycle().nth(k % values.len().max(1)) {
+                elsewhere.insert(other.name.clone(), value.clone());
             }
         }
         let there = recorded(handle, &elsewhere);
