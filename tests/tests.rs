@@ -18,6 +18,7 @@
 //! | `ropes.rs` | elements with any number of bodies: ropes that catch, in every way, and what is refused |
 //! | `compressor.rs` | what the paper publishes, and what `check` and `plan` say of its example |
 //! | `broken_scenes.rs` | what a user reads when a scene, a library or a motion is not as it should be |
+//! | `idle.rs` | what is written in a scene and cannot act is said, and what acts is not |
 //! | `piles.rs` | many bodies of which any may touch any other |
 //! | `plugins.rs` | libraries built outside the workspace load and run; bad ones are refused |
 //! | `stores.rs` | libraries are packed, installed, pinned, verified, removed, and loaded again when they were built again |
@@ -107,6 +108,7 @@ mod frozen;
 mod gains;
 mod giving_way;
 mod hostile;
+mod idle;
 mod import;
 mod inertia;
 mod inertia_contacts;

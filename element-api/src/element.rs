@@ -201,7 +201,7 @@ pub trait Constraint: Element {
     }
 
     /// `[record]` For a row on velocities that holds only up to a limit (dry friction, a brake, a clutch): that limit, N or N m, not
-    /// negative; positions, velocities, time and signals may go into it. With a signal that a scene has connected, less than zero is
+    /// negative; positions, velocities, time and signals may go into it. Where it changes, less than zero is
     /// zero; a signal must not be made of accelerations or reactions of the same instant. Of a row that sticks with a
     /// unilateral row it is the share of that row's reaction, the coefficient of friction. While the row sticks, its reaction is what holds
     /// it; where that reaches the limit, it begins to slide: then the reaction is as large as the limit, against the velocity that the row has, until that is zero.

@@ -148,6 +148,8 @@ table! {
         "A division by zero, the square root of a negative number, or an overflow.";
     EXPRESSION_TOO_DEEP = "ODY0211", Scene, "the expression is nested too deeply",
         "Parentheses, signs or powers are nested more than 64 deep. Split the expression with the help of `[parameters]`.";
+    FIGURE_UNIT = "ODY0212", Scene, "figure in a unit that its output does not have",
+        "`unit` of a `[[figure]]` is printed beside the number, which is in the unit of the output that it is taken from: nothing is converted. Leave `unit` out, or name that unit; `[units]` chooses it.";
 
     UNKNOWN_BODY = "ODY0301", Scene, "unknown body",
         "An element or output names a body that the scene doesn't define. `ground` always exists. Check the spelling; names are case-sensitive.";
@@ -184,7 +186,7 @@ table! {
     UNKNOWN_COMPONENT = "ODY0317", Scene, "unknown component or channel",
         "Vectors have the components `x`, `y` and `z`; elements declare their own channels, which `odyn elements describe TYPE` lists.";
     UNKNOWN_CHANNEL = "ODY0318", Scene, "figure of an unknown channel",
-        "A figure is computed from a channel that an `[[output]]` names.";
+        "A figure is computed from outputs: `channel`, `over` and `where` are names of `[[output]]`s of the scene.";
     NOTHING_TO_DO = "ODY0319", Scene, "nothing to compute",
         "The scene has no moving body.";
     UNKNOWN_METHOD = "ODY0320", Scene, "unknown method, engine or saving",
@@ -203,6 +205,8 @@ table! {
         "An `[[input]]` is a signal that a program changes while the scene runs, but no element has it among its `inputs` and no output reports it, so that changing it changes nothing. Name it where it was meant: `inputs.torque = \"push\"` of a force or control element, or an output of the quantity `input`; or take it away. The same of a signal that is connected to an input of an element which does not take it with the parameters that it has: the limit of a row of `dry-friction` that is not in use.";
     BAD_MESH = "ODY0327", Scene, "mesh that cannot be read",
         "The file of a shape is missing, is neither STL (binary or text) nor OBJ, is damaged, or has no triangles. Its place is relative to the folder of the scene; `unit` says what its numbers are: `[[body.shape]]` with `kind = \"mesh\"`, `file = \"parts/rod.stl\"`, `unit = \"mm\"`.";
+    IDLE_PARAMETER = "ODY0328", Scene, "parameter that changes nothing",
+        "A parameter is written for an element whose equations are the same without it and with other values of it, whatever the other numbers given to it are: a `restitution` without `unilateral`, a `filter_time` without `kd`, the `gain` of a signal that is not connected. Either what it works with is missing, or it can be left out. A value that is the default is not warned of.";
     NOT_IN_CATALOG = "ODY0330", Scene, "no such row in the element's catalogue",
         "`params = { use = \"6204\" }` takes recommended parameters from a row of the catalogue that the element's library brings along; `odyn elements describe` shows it. What the scene gives itself wins over the row.";
     ROW_MOVED_BY_VELOCITY = "ODY0335", Scene, "state of a joint that rows cannot follow",

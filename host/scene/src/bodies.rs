@@ -79,6 +79,11 @@ fn read_body(record: &Record<'_>, names: &mut NamesTaken, reader: &mut Reader<'_
     };
     let velocity = read_motion(record, "velocity", Dimension::VELOCITY, reader);
     let angular_velocity = read_motion(record, "angular_velocity", Dimension::ANGULAR_VELOCITY, reader);
+    for (key, motion) in [("velocity", &velocity), ("angular_velocity", &angular_velocity)] {
+        if fixed && motion.value.iter().flatten().any(|rate| *rate != 0.0) {
+            reader.exclusive(record, key, "fixed");
+        }
+    }
     Some(BodyRecord {
         name: name?,
         span: record.table.span.clone(),

@@ -2,7 +2,8 @@
 //! slider on its guide (`kind = "translation"`). It sticks by creeping: no state, no switching.
 //!
 //! ## Equations
-//! F and M are force and torque of the joint's reaction, their parts across the axis z_i marked _r, along it _z:
+//! F and M are force and torque of the joint's reaction, M about the origin of frame j (the guide is part of the second body), their parts
+//! across the axis z_i marked _r, along it _z:
 //!
 //! ```text
 //! rotation:     v = r z_i . (omega_j - omega_i)      N = |F_r| + |F_z| r_t / r + N0                      (1)

@@ -8,7 +8,7 @@
 //! | row | equation | |
 //! |---|---|---|
 //! | spin | w = z_i . (omega_j - omega_i) = 0 | as long as |M| <= C |
-//! | capacity | C = `capacity`(t) + input `engagement`, and with that not less than 0 | |
+//! | capacity | C = `capacity`(t) + input `engagement`, not less than 0 | |
 //!
 //! While the clutch is locked M is what holds it. Where that reaches C it begins to slip, and while it slips M = -C w / |w|, until w is zero:
 //! then it locks again, or slips the other way, whichever the torques of the instant ask for. Steps end where that happens
@@ -27,10 +27,10 @@
 //!
 //! ## Singular cases
 //!
-//! Other rotations are free: a joint has to keep the axes together. A `capacity` over time that becomes negative, without a
-//! signal, ends the run with an error. An impact elsewhere lets it slip: in no time its torque gives no impulse. A signal that is made
-//! of accelerations or reactions (its own torque among them) is refused: what may be held would depend on what is held. A sensor with
-//! a time constant between them is what a real one is.
+//! Other rotations are free: a joint has to keep the axes together. A number below zero for C, which nothing changes, ends the run with
+//! an error. An impact elsewhere lets it slip: in no time its torque gives no impulse. A signal that is made of accelerations or
+//! reactions (its own torque among them) is refused: what may be held would depend on what is held. A sensor with a time constant
+//! between them is what a real one is.
 //!
 //! ## Example
 //!

@@ -9,7 +9,7 @@ use super::elements::Elements;
 use super::parameters::dimension_of;
 use super::types::{Axes, Channel, Instance, Level, MAGNITUDE, Quantity};
 use crate::diagnostics::{Code, Diagnostic, codes, suggest};
-use crate::scene::{Dimension, ExternalInput, GROUND, OutputRecord, Scene, Spanned};
+use crate::scene::{Dimension, ExternalInput, GROUND, OutputRecord, Scene, Spanned, parse_unit};
 
 /// The words for `quantity`, with what each means.
 pub const QUANTITIES: &[(&str, &str)] = &[
@@ -61,7 +61,46 @@ pub(super) fn resolve(
             Err(diagnostic) => found.push(*diagnostic),
         }
     }
+    check_figures(scene, &channels, found);
     channels
+}
+
+/// Figures are made of outputs that there are, and named in units that these have.
+fn check_figures(scene: &Scene, channels: &[Channel], found: &mut Vec<Diagnostic>) {
+    let known: Vec<&str> = scene.outputs.iter().map(|output| output.name.value.as_str()).collect();
+    let channel = |name: &str| channels.iter().find(|channel| channel.name == name);
+    for figure in &scene.figures {
+        let crossed = figure.at.as_ref().map(|at| &at.channel);
+        for name in [Some(&figure.channel), figure.over.as_ref(), crossed].into_iter().flatten() {
+            if !known.contains(&name.value.as_str()) {
+                let message = format!("there is no output `{}`", name.value);
+                let nearest = suggest(&name.value, known.iter().copied()).map(|n| format!("did you mean `{n}`?"));
+                found.push(
+                    Diagnostic::error(codes::UNKNOWN_CHANNEL, message)
+                        .at(name.span.clone(), format!("the figure `{}` is made of it", figure.name.value))
+                        .help_if(nearest),
+                );
+            }
+        }
+        if let Some((at, channel)) = figure.at.as_ref().and_then(|at| Some((at, channel(&at.channel.value)?))) {
+            let values = std::iter::once(&at.equals).chain(&at.period);
+            found.extend(values.filter_map(|value| scene.quantity(value, channel.dimension).err()));
+        }
+        // The numbers of signals have no unit but in the mind of who wrote the scene; a quotient has none.
+        if let (Some(channel), None) = (channel(&figure.channel.value), &figure.over)
+            && !figure.unit.is_empty()
+            && let Ok((dimension, factor)) = parse_unit(&figure.unit)
+            && channel.dimension != Dimension::DIMENSIONLESS
+            && !(channel.dimension.compatible(dimension) && (factor / channel.factor - 1.0).abs() < 1e-12)
+        {
+            let message = format!("the figure `{}` is in {}, not in {}", figure.name.value, channel.unit, figure.unit);
+            found.push(
+                Diagnostic::error(codes::FIGURE_UNIT, message)
+                    .at(figure.span.clone(), format!("it has the unit of `{}`", channel.name))
+                    .help(format!("unit = \"{}\", or none", channel.unit)),
+            );
+        }
+    }
 }
 
 /// The keys that have a meaning with a quantity, besides its name; those of a quantity that is not known.

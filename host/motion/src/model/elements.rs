@@ -12,7 +12,7 @@ use rustc_hash::FxHashMap;
 use super::bodies::{Bodies, Target, quoted};
 use super::together::{needs_distance, origins, together};
 use super::types::{Body, Instance, Marker, rotation};
-use super::{fmus, inertia, margins, parameters, tables};
+use super::{fmus, idle, inertia, margins, parameters, tables};
 use crate::catalog::{Catalog, ElementHandle, LibraryInfo, fault_code};
 use crate::diagnostics::{Diagnostic, codes, suggest};
 use crate::scene::{ElementKind, ElementRecord, LocalFrame, Placement, Scene};
@@ -29,6 +29,8 @@ pub(super) struct Elements {
     classes: Vec<Arc<Descriptor>>,
     /// What was recorded last of each set.
     recordings: Vec<Arc<Recording>>,
+    /// The parameters that were found idle in each set.
+    idle: Vec<idle::Found>,
     /// The instances of each name.
     named: FxHashMap<String, Vec<usize>>,
 }
@@ -41,6 +43,7 @@ pub(super) fn resolve(scene: &Scene, catalog: &Catalog, bodies: &Bodies, found: 
         set_names: Vec::new(),
         classes: Vec::new(),
         recordings: Vec::new(),
+        idle: Vec::new(),
         named: FxHashMap::default(),
     };
     for record in scene.elements.iter().filter(|record| record.enabled) {
@@ -92,6 +95,8 @@ pub(super) fn resolve(scene: &Scene, catalog: &Catalog, bodies: &Bodies, found: 
         match elements.create(record, &handle, &table, markers, (joints, &bodies.movable)) {
             Ok(instance) => {
                 found.extend(tables::check(scene, record, class, &table, &instance.recording));
+                let known = &mut elements.idle[instance.set];
+                found.extend(idle::check(record, &handle, &table, &instance.recording, known));
                 elements.push(instance);
             }
             Err(diagnostic) => found.push(*diagnostic),
@@ -373,6 +378,7 @@ impl Elements {
             self.sets.push(set);
             self.classes.push(Arc::new(handle.descriptor().clone()));
             self.recordings.push(Arc::default());
+            self.idle.push(idle::Found::default());
             self.sets.len() - 1
         });
         let shared = &self.classes[set];

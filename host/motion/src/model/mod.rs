@@ -15,6 +15,7 @@
 //! | `inertia.rs` | kinetic energies that elements bring |
 //! | `catalogue.rs` | rows of recommended parameters that libraries bring along |
 //! | `parameters.rs` | parameters against their descriptions |
+//! | `idle.rs` | parameters that are written and change nothing |
 //! | `tables.rs` | curves that leave their points, or that no joint can follow |
 //! | `together.rs` | points of an element between which a line has no direction |
 //! | `margins.rs` | what is looked at while a scene runs: checks of elements, arguments of grids |
@@ -28,6 +29,7 @@ mod catalogue;
 mod channels;
 mod elements;
 mod fmus;
+mod idle;
 mod inertia;
 mod margins;
 mod moved_rows;

@@ -85,6 +85,13 @@ impl Equations {
         self.graph.neg(product)
     }
 
+    /// What a limit that changes is where it comes below zero, and nothing holds: without this it would drive what slides, in a step
+    /// whose ends do not show it.
+    fn not_below_zero(&mut self, limit: Node) -> Node {
+        let zero = self.graph.constant(0.0);
+        self.graph.select(limit, zero, zero, limit)
+    }
+
     /// The rows of a joint that hold up to a limit; its results by role. See [`Instance::limits_follow`].
     pub(super) fn add_frictions(&mut self, index: usize, element: &Instance, values: &[(Role, Node)], layout: &Layout) {
         let (recording, first) = (&element.recording, layout.row_at[index]);
@@ -104,14 +111,16 @@ impl Equations {
                 self.row_rate(&row)
             });
             let rates: Vec<Node> = rates.collect();
-            let (limit, count) = (*limit, if rows.len() > 1 { 3 } else { 1 });
+            let limit = if self.graph.value(*limit).is_some() { *limit } else { self.not_below_zero(*limit) };
+            let count = if rows.len() > 1 { 3 } else { 1 };
             let friction = Friction { rows, limit, contact, direction_at, rates, multipliers: Vec::new() };
             direction_at += count;
             self.slide(friction, layout);
         }
     }
 
-    /// The frictions of joints whose limits follow signals, in their place among the others; such a limit is never below zero.
+    /// The frictions of joints whose limits follow signals, in their place among the others; such a limit is never below zero, not
+    /// even where the signal is a number.
     pub(super) fn add_signalled_frictions(
         &mut self,
         limits: Vec<(usize, Vec<(Role, Node)>)>,
@@ -121,8 +130,11 @@ impl Equations {
         for (index, mut values) in limits {
             let element = &model.elements[index];
             if element.inputs.iter().any(|source| source.quantity().is_some()) {
-                let zero = self.graph.constant(0.0);
-                values.iter_mut().for_each(|(_, limit)| *limit = self.graph.select(*limit, zero, zero, *limit));
+                for (_, limit) in &mut values {
+                    if self.graph.value(*limit).is_some() {
+                        *limit = self.not_below_zero(*limit);
+                    }
+                }
             }
             self.add_frictions(index, element, &values, layout);
         }
