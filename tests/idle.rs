@@ -1,8 +1,15 @@
 //! What is written in a scene and cannot act is said, and what acts is not.
 
 use odyn::diagnostics::codes;
+use odyn::session::{RunOptions, Session};
 
-use crate::support::open_text;
+use crate::support::{Scratch, open_text, options};
+
+/// The scene as `odyn check` opens it.
+fn examined(text: &str) -> Session {
+    let thorough = RunOptions { thoroughly: true, ..options(&[], &[]) };
+    Session::open(&Scratch::new().file("scene.toml", text), &thorough).unwrap_or_else(|error| panic!("{error}"))
+}
 
 /// A weight that slides along x and a wheel that turns about z, a signal, and whatever follows.
 fn scene(elements: &str) -> String {
@@ -25,7 +32,7 @@ fn scene(elements: &str) -> String {
 
 /// The places of the parameters of `tried` that are said to change nothing.
 fn idle(table: &str, keys: &str) -> Vec<String> {
-    let session = open_text(&scene(&format!("[[{table}]]\nname = \"tried\"\n{}\n", keys.replace("; ", "\n"))), &[]);
+    let session = examined(&scene(&format!("[[{table}]]\nname = \"tried\"\n{}\n", keys.replace("; ", "\n"))));
     let warnings = session.warnings.iter().filter(|warning| warning.code == codes::IDLE_PARAMETER);
     warnings.map(|warning| session.scene.source.text[warning.span().unwrap()].to_owned()).collect()
 }
@@ -99,8 +106,10 @@ fn elements_that_are_given_the_same_are_all_warned_of() {
         )
     };
     let elements = meter("one", "") + &meter("two", "") + &meter("lag", ", time_constant = 1") + &meter("three", "");
-    let session = open_text(&scene(&elements), &[]);
+    let session = examined(&scene(&elements));
     let said: Vec<&str> = session.warnings.iter().map(|warning| &warning.message[..7]).collect();
     assert_eq!(said, ["`one` d", "`two` d", "`three`"]);
     assert!(session.warnings.iter().all(|warning| warning.code == codes::IDLE_PARAMETER));
+    // A run starts sooner.
+    assert!(open_text(&scene(&elements), &[]).warnings.is_empty());
 }

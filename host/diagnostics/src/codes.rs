@@ -206,7 +206,7 @@ table! {
     BAD_MESH = "ODY0327", Scene, "mesh that cannot be read",
         "The file of a shape is missing, is neither STL (binary or text) nor OBJ, is damaged, or has no triangles. Its place is relative to the folder of the scene; `unit` says what its numbers are: `[[body.shape]]` with `kind = \"mesh\"`, `file = \"parts/rod.stl\"`, `unit = \"mm\"`.";
     IDLE_PARAMETER = "ODY0328", Scene, "parameter that changes nothing",
-        "A parameter is written for an element whose equations are the same without it and with other values of it, whatever the other numbers given to it are: a `restitution` without `unilateral`, a `filter_time` without `kd`, the `gain` of a signal that is not connected. Either what it works with is missing, or it can be left out. A value that is the default is not warned of.";
+        "A parameter is written for an element whose equations are the same without it and with other values of it, whatever the other numbers given to it are: a `restitution` without `unilateral`, a `filter_time` without `kd`, the `gain` of a signal that is not connected. Either what it works with is missing, or it can be left out. A value that is the default is not warned of. `odyn check`, `odyn plan` and `odyn run --strict` or `--verbose` look for such parameters.";
     NOT_IN_CATALOG = "ODY0330", Scene, "no such row in the element's catalogue",
         "`params = { use = \"6204\" }` takes recommended parameters from a row of the catalogue that the element's library brings along; `odyn elements describe` shows it. What the scene gives itself wins over the row.";
     ROW_MOVED_BY_VELOCITY = "ODY0335", Scene, "state of a joint that rows cannot follow",

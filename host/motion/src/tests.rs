@@ -18,7 +18,7 @@ use crate::program::{Equations, Form};
 /// The model of a scene, with what the user should know, or all mistakes.
 #[track_caller]
 pub fn resolved(text: &str) -> Result<(Model, Vec<Diagnostic>), Vec<Diagnostic>> {
-    resolve(&scene(text), &catalog())
+    resolve(&scene(text), &catalog(), false)
 }
 
 /// The model of a scene that has no mistakes.

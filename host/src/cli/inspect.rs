@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use odyn::diagnostics::{Severity, render, shown, summary};
-use odyn::session::Session;
+use odyn::session::{RunOptions, Session};
 
 use super::exit;
 use super::failure::{Failure, Message, messages};
@@ -20,7 +20,8 @@ struct ForPrograms<'a, T> {
 
 /// Mobility, redundant rows, reactions that are not unique, warnings.
 pub(super) fn check(args: &CheckArgs) -> Result<u8, Failure> {
-    let session = Session::open(&args.scene.scene, &args.scene.options(None))?;
+    let options = RunOptions { thoroughly: true, ..args.scene.options(None) };
+    let session = Session::open(&args.scene.scene, &options)?;
     if args.strict {
         refuse_warnings(&session)?;
     }
@@ -38,7 +39,7 @@ pub(super) fn check(args: &CheckArgs) -> Result<u8, Failure> {
 
 /// How a scene would be computed.
 pub(super) fn plan(args: &SceneArgs) -> Result<u8, Failure> {
-    let session = Session::open(&args.scene, &args.options(None))?;
+    let session = Session::open(&args.scene, &RunOptions { thoroughly: true, ..args.options(None) })?;
     let report = session.plan_report();
     if args.json {
         print_json(&session, report)?;

@@ -21,7 +21,8 @@ pub(super) fn run(args: &RunArgs) -> Result<u8, Failure> {
     let stop = stop_on_interrupt();
     // What is said of the plan, and further runs to compare with, look at all of the equations.
     let runs_only = !(args.verbose || args.verify || args.digits);
-    let options = RunOptions { jobs: args.jobs.map_or(0, usize::from), runs_only, ..args.options() };
+    let thoroughly = args.verbose || args.strict;
+    let options = RunOptions { jobs: args.jobs.map_or(0, usize::from), runs_only, thoroughly, ..args.options() };
     if args.watch { watch::watch(args, &options, &stop) } else { once(args, &options, &stop) }
 }
 

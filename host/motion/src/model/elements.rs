@@ -35,7 +35,13 @@ pub(super) struct Elements {
     named: FxHashMap<String, Vec<usize>>,
 }
 
-pub(super) fn resolve(scene: &Scene, catalog: &Catalog, bodies: &Bodies, found: &mut Vec<Diagnostic>) -> Elements {
+pub(super) fn resolve(
+    scene: &Scene,
+    catalog: &Catalog,
+    bodies: &Bodies,
+    thoroughly: bool,
+    found: &mut Vec<Diagnostic>,
+) -> Elements {
     let mut elements = Elements {
         instances: Vec::new(),
         sets: Vec::new(),
@@ -95,8 +101,10 @@ pub(super) fn resolve(scene: &Scene, catalog: &Catalog, bodies: &Bodies, found: 
         match elements.create(record, &handle, &table, markers, (joints, &bodies.movable)) {
             Ok(instance) => {
                 found.extend(tables::check(scene, record, class, &table, &instance.recording));
-                let known = &mut elements.idle[instance.set];
-                found.extend(idle::check(record, &handle, &table, &instance.recording, known));
+                if thoroughly {
+                    let known = &mut elements.idle[instance.set];
+                    found.extend(idle::check(record, &handle, &table, &instance.recording, known));
+                }
                 elements.push(instance);
             }
             Err(diagnostic) => found.push(*diagnostic),

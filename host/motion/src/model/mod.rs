@@ -67,14 +67,15 @@ pub use types::{
 /// A model and what the user should know about it.
 pub type Resolved = (Model, Vec<Diagnostic>);
 
-/// Resolves a scene.
+/// Resolves a scene; with `thoroughly`, parameters that change nothing are warned of, for which elements are recorded again with other
+/// values.
 ///
 /// # Errors
 /// All mistakes found: unknown names, impossible masses, parameters out of range, elements that refuse, unknown outputs.
-pub fn resolve(scene: &Scene, catalog: &Catalog) -> Result<Resolved, Vec<Diagnostic>> {
+pub fn resolve(scene: &Scene, catalog: &Catalog, thoroughly: bool) -> Result<Resolved, Vec<Diagnostic>> {
     let mut found = Vec::new();
     let mut bodies = bodies::resolve(scene, &mut found);
-    let mut elements = elements::resolve(scene, catalog, &bodies, &mut found);
+    let mut elements = elements::resolve(scene, catalog, &bodies, thoroughly, &mut found);
     if bodies.movable.is_empty() && !found.iter().any(Diagnostic::is_error) {
         let place = scene.bodies.first().map_or(scene.simulation.span.clone(), |body| body.name.span.clone());
         found.push(

@@ -141,7 +141,7 @@ impl Session {
         let apart = apart(&scene)?;
         check_meshes(&scene)?;
         let refused = |diagnostics| SessionError::new(&scene.source, diagnostics);
-        let (mut model, notes) = resolve(&scene, catalog).map_err(refused)?;
+        let (mut model, notes) = resolve(&scene, catalog, options.thoroughly).map_err(refused)?;
         warnings.extend(notes);
         if let Some(further) = options.further_channels {
             model.channels.extend(further(&model));

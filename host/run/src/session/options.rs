@@ -37,6 +37,9 @@ pub struct RunOptions {
     pub common: Option<Common>,
     /// Whether sessions are only run, so that what no run asks for need not be written. Results do not depend on it.
     pub runs_only: bool,
+    /// Whether what takes longer than to open a scene is looked at, too: parameters that change nothing (ODY0328). Only warnings depend
+    /// on it.
+    pub thoroughly: bool,
     /// Ends of the steps to take instead of those that error control would choose, s: see [`crate::integrate::Options::steps`]. For
     /// scenes in which no contact closes and nothing switches.
     pub steps: Option<Arc<[f64]>>,

@@ -112,11 +112,11 @@ fn a_type_of_two_libraries_needs_its_full_name() {
     let mut catalog = crate::tests::catalog();
     catalog.add_library(library("other")).unwrap();
     let scene = |kind: &str| crate::tests::scene(&joint(&format!("type = \"{kind}\"; bodies = [\"ground\", \"a\"]")));
-    let found = resolve(&scene("ball"), &catalog).err().unwrap();
+    let found = resolve(&scene("ball"), &catalog, false).err().unwrap();
     assert_eq!(found.iter().map(|d| d.code).collect::<Vec<_>>(), [codes::AMBIGUOUS_TYPE]);
-    let (model, _) = resolve(&scene("other/ball"), &catalog).unwrap();
+    let (model, _) = resolve(&scene("other/ball"), &catalog, false).unwrap();
     assert_eq!(model.elements[0].library, "other");
-    let found = resolve(&scene("ball"), &Catalog::new()).err().unwrap();
+    let found = resolve(&scene("ball"), &Catalog::new(), false).err().unwrap();
     assert_eq!(found.iter().map(|d| d.code).collect::<Vec<_>>(), [codes::UNKNOWN_TYPE]);
 }
 
