@@ -312,7 +312,7 @@ mod pid {
         };
         assert_eq!(parts(""), (None, 5.0));
         // The limit of ever smaller gains, with which the rule leads back ever slower.
-        assert_close(parts("ki = 1e-6").0.unwrap() / 0.5e-6, 1.0, 1e-12);
+        assert_close(parts("ki = 1e-6").0.expect("a state") / 0.5e-6, 1.0, 1e-12);
         assert_eq!(parts("tracking_time = 0.5"), (Some(-2.0), 5.0));
     }
 

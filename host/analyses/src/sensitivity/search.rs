@@ -20,6 +20,8 @@ const GOOD: f64 = 3e-11;
 const AIM: f64 = 1e-12;
 /// Share of the derivative of order 2 by which that of order 4 may differ, before the step is far too large.
 const FAR_TOO_LARGE: f64 = 0.05;
+/// Share of the derivative of order 2 by which that of order 4 may differ without a second step where order 6 agrees with this one.
+const UNLIKELY: f64 = 1e-3;
 /// Least derivative, as a share of what the largest value over the parameter would be, that the step is judged by.
 const LEAST: f64 = 1e-7;
 /// Share of an output by which round-off changes its differences, at least.
@@ -30,6 +32,8 @@ const DISAGREE: f64 = 1e-2;
 const FEW: usize = 10;
 /// Samples on each side whose errors count for one.
 const NEIGHBOURS: usize = 3;
+/// Multiples of what a round leaves open by which another one may be apart from it.
+const APART: f64 = 3.0;
 /// Tolerances of runs that take their own steps, and the least of those that follow.
 const OWN_STEPS: [f64; 2] = [1e-13, 1e-12];
 /// Ratio of the tolerances of runs that follow steps.
@@ -288,6 +292,14 @@ impl Search<'_> {
                 derivative[k] = of(*round, 2, k);
                 own.push((derivative[k] - of(*round, 1, k)).abs() + of_steps.abs());
             }
+            // Where another round is elsewhere by more than it leaves open, orders agree by chance in this one: a kink between its runs.
+            for other in (0..rounds.len()).filter(|other| other != round) {
+                let open: Vec<f64> = column.clone().map(|k| (of(other, 2, k) - of(other, 1, k)).abs()).collect();
+                for (place, k) in column.clone().enumerate() {
+                    let apart = (derivative[k] - of(other, 2, k)).abs() - APART * largest_near(&open, place, 0.0);
+                    own[place] = own[place].max(apart);
+                }
+            }
             let rough = not_smooth(&derivative[column.clone()], &own);
             for (k, own) in
                 column.clone().zip(&mut own).enumerate().filter(|(place, _)| rough[*place]).map(|(_, at)| at)
@@ -303,8 +315,7 @@ impl Search<'_> {
             let level = level.fold(natural, f64::max);
             let least = ROUND_OFF * level / step(*round);
             for (place, k) in column.enumerate() {
-                let near = &own[place.saturating_sub(NEIGHBOURS)..(place + NEIGHBOURS + 1).min(own.len())];
-                error[k] = if rough[place] { f64::NAN } else { near.iter().copied().fold(least, f64::max) };
+                error[k] = if rough[place] { f64::NAN } else { largest_near(&own, place, least) };
             }
         }
         let mut notes = Vec::new();
@@ -338,6 +349,12 @@ impl Search<'_> {
     }
 }
 
+/// The largest error of a sample and its neighbours, and at least so much.
+fn largest_near(errors: &[f64], place: usize, least: f64) -> f64 {
+    let near = &errors[place.saturating_sub(NEIGHBOURS)..(place + NEIGHBOURS + 1).min(errors.len())];
+    near.iter().copied().fold(least, f64::max)
+}
+
 /// Values of a column at which differences disagree, where they agree at nine of ten others. `own` are their errors.
 fn not_smooth(derivative: &[f64], own: &[f64]) -> Vec<bool> {
     let mut order: Vec<usize> = (0..own.len()).collect();
@@ -362,6 +379,11 @@ fn next_share(rounds: &[Round], before: Option<(usize, f64)>) -> Option<f64> {
     let last = rounds.last()?;
     let passed = |round: &Round| round.marked.iter().filter(|marked| **marked).count();
     let passes_more = rounds.iter().any(|round| passed(round) < passed(last));
+    // A smooth function whose order 2 is off by so much leaves about its square to order 4. Less is that of a polynomial, or chance.
+    let by_chance = |[fine, rough]: &[f64; 2]| *rough > UNLIKELY && *fine < 0.1 * rough * rough;
+    if rounds.len() == 1 && last.errors.iter().any(by_chance) {
+        return Some(0.3 * last.share);
+    }
     if error <= GOOD || passes_more || before.is_some_and(|(_, before)| error > 0.5 * before) {
         return None;
     }
