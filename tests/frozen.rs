@@ -132,7 +132,7 @@ params.y = 68.67 # both weights
 fn rotors_of_revolution_are_judged_as_they_turn() {
     let scratch = Scratch::new();
     for (name, bodies) in [("a", r#""housing", "rotor""#), ("b", r#""rotor", "housing""#)] {
-        let path = scratch.file(&format!("{name}.toml"), &rotor(bodies));
+        let path = scratch.file(&format!("{name}.toml"), rotor(bodies));
         for spin in ["-2000", "-3", "1e-3", "20", "300"] {
             let (found, unsteadiness) = modes(&path, &[&format!("spin={spin}")]);
             assert!(unsteadiness < 1e-6, "{bodies} {spin}: {unsteadiness}");
