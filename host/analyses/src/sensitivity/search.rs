@@ -33,7 +33,7 @@ const FEW: usize = 10;
 /// Samples on each side whose errors count for one.
 const NEIGHBOURS: usize = 3;
 /// Multiples of what a round leaves open by which another one may be apart from it.
-const APART: f64 = 3.0;
+const APART: f64 = 10.0;
 /// Tolerances of runs that take their own steps, and the least of those that follow.
 const OWN_STEPS: [f64; 2] = [1e-13, 1e-12];
 /// Ratio of the tolerances of runs that follow steps.
