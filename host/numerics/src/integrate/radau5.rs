@@ -197,7 +197,7 @@ impl<const S: usize> Radau<S> {
         self.guess(h);
         self.control.convergence = self.control.convergence.max(f64::EPSILON).powf(0.8);
         self.control.theta = self.control.keep_jacobian;
-        let (mut last, mut last_rate) = (0.0, 0.0);
+        let (mut last, mut last_rate, mut stays) = (0.0, 0.0, false);
         for iteration in 1..=self.control.most_iterations {
             run.counters.newton_iterations += 1;
             self.evaluate(run, y, t_new)?;
@@ -212,18 +212,26 @@ impl<const S: usize> Radau<S> {
                 self.control.theta = if iteration == 2 { rate } else { (rate * last_rate).sqrt() };
                 last_rate = rate;
                 if self.control.theta >= 0.99 {
-                    return Err(self.control.slow(0.5));
-                }
-                self.control.convergence = self.control.theta / (1.0 - self.control.theta);
-                let left = self.control.most_iterations.saturating_sub(1 + iteration) as i32;
-                let expected = self.control.convergence * change * self.control.theta.powi(left) / self.control.newton;
-                if expected >= 1.0 && self.control.convergence * change > self.control.newton {
-                    let share = 0.8 * expected.clamp(1e-4, 20.0).powf(-1.0 / f64::from(4 + left));
-                    return Err(self.control.slow(share));
+                    // Round-off comes and goes.
+                    stays = change.max(last) <= self.control.enough;
+                    if !stays {
+                        return Err(self.control.slow(0.5));
+                    }
+                } else {
+                    self.control.convergence = self.control.theta / (1.0 - self.control.theta);
+                    let left = self.control.most_iterations.saturating_sub(1 + iteration) as i32;
+                    let reached = self.control.convergence * change;
+                    let within_reach = reached * self.control.theta.powi(left);
+                    if within_reach >= self.control.enough && reached > self.control.enough {
+                        let expected = within_reach / self.control.enough;
+                        let share = 0.8 * expected.clamp(1e-4, 20.0).powf(-1.0 / f64::from(4 + left));
+                        return Err(self.control.slow(share));
+                    }
+                    stays = within_reach >= self.control.newton && reached <= self.control.enough;
                 }
             }
             last = change.max(f64::MIN_POSITIVE);
-            if self.control.convergence * change <= self.control.newton {
+            if stays || self.control.convergence * change <= self.control.newton {
                 self.control.iterations = iteration;
                 let tolerance = run.system.tolerance().unwrap_or(1.0);
                 let changed = change * self.control.test * tolerance;

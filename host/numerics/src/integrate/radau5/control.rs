@@ -32,6 +32,12 @@ const TEST_FACTOR: f64 = 0.1;
 /// The same with more than three stages: stiff equations take more of such a method's order, and with this weight the result still
 /// meets the tolerance on van der Pol's oscillator.
 const TEST_FACTOR_OF_MORE: f64 = 5e-2;
+/// What Newton's method may leave, as a share of what RADAU5 and RADAU let it leave. It does not alternate as errors of the method do: along
+/// many turns of a rotor it adds up, and where the method is far better than its error estimate, as with five stages, it is all that is
+/// seen.
+const LEFT: f64 = 0.3;
+/// The same of methods with more than three stages.
+const LEFT_OF_MORE: f64 = 0.1;
 /// Error of the interpolation in tolerances, as the error test estimates it, up to which samples are interpolated.
 const INTERPOLATED_ERROR: f64 = 1.0;
 /// Least error that the predictive control remembers, in units of the error test.
@@ -62,8 +68,10 @@ pub(super) struct Control {
     pub(super) rejected: bool,
     /// Error test and tolerance, both as shares of the tolerance.
     pub(super) test: f64,
-    /// Largest error of Newton's method, as a share of the error test.
+    /// Largest error of Newton's method, as a share of the error test: what it aims at, and what is enough where it comes no further, by
+    /// round-off or slowly.
     pub(super) newton: f64,
+    pub(super) enough: f64,
     pub(super) most_iterations: usize,
 }
 
@@ -81,7 +89,7 @@ impl Control {
     /// For a system whose error test stands for this relative tolerance, if it is known.
     pub(super) fn new(stages: usize, tolerance: Option<f64>) -> Self {
         let power = (stages + 1) as f64 / (2 * stages) as f64;
-        let factor = if stages > 3 { TEST_FACTOR_OF_MORE } else { TEST_FACTOR };
+        let (factor, left) = if stages > 3 { (TEST_FACTOR_OF_MORE, LEFT_OF_MORE) } else { (TEST_FACTOR, LEFT) };
         let relative = tolerance.map_or(1e-6, |tol| factor * tol.powf(power));
         Self {
             stages,
@@ -99,7 +107,8 @@ impl Control {
             rejected: false,
             test: tolerance.map_or(1.0, |tol| (relative / tol).max(1.0)),
             most_iterations: most_iterations(stages),
-            newton: (10.0 * f64::EPSILON / relative).max(relative.sqrt().min(0.03)),
+            newton: (10.0 * f64::EPSILON / relative).max(left * relative.powf(1.0 / power - 1.0).min(0.03)),
+            enough: (10.0 * f64::EPSILON / relative).max(relative.sqrt().min(0.03)),
         }
     }
 
@@ -134,6 +143,7 @@ impl Control {
     /// Without an error test, the iterations continue nearly to round-off.
     pub(super) fn iterate_to_round_off(&mut self, tolerance: Option<f64>) {
         self.newton = tolerance.map_or(1e-6, |tol| (FIXED_ACCURACY / tol).min(1e-2)) / self.test;
+        self.enough = self.newton;
         self.most_iterations = MOST_ITERATIONS_FIXED;
     }
 
