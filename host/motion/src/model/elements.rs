@@ -29,8 +29,6 @@ pub(super) struct Elements {
     classes: Vec<Arc<Descriptor>>,
     /// What was recorded last of each set.
     recordings: Vec<Arc<Recording>>,
-    /// The parameters that were found idle in each set.
-    idle: Vec<idle::Found>,
     /// The instances of each name.
     named: FxHashMap<String, Vec<usize>>,
 }
@@ -49,9 +47,9 @@ pub(super) fn resolve(
         set_names: Vec::new(),
         classes: Vec::new(),
         recordings: Vec::new(),
-        idle: Vec::new(),
         named: FxHashMap::default(),
     };
+    let mut idle = idle::Found::default();
     for record in scene.elements.iter().filter(|record| record.enabled) {
         let before = found.len();
         let handle = class_of(scene, record, catalog, found);
@@ -102,8 +100,7 @@ pub(super) fn resolve(
             Ok(instance) => {
                 found.extend(tables::check(scene, record, class, &table, &instance.recording));
                 if thoroughly {
-                    let known = &mut elements.idle[instance.set];
-                    found.extend(idle::check(record, &handle, &table, &instance.recording, known));
+                    found.extend(idle::check(record, &handle, &table, &instance.recording, &mut idle));
                 }
                 elements.push(instance);
             }
@@ -386,7 +383,6 @@ impl Elements {
             self.sets.push(set);
             self.classes.push(Arc::new(handle.descriptor().clone()));
             self.recordings.push(Arc::default());
-            self.idle.push(idle::Found::default());
             self.sets.len() - 1
         });
         let shared = &self.classes[set];

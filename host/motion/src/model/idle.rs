@@ -12,9 +12,9 @@ use crate::catalog::ElementHandle;
 use crate::diagnostics::{Diagnostic, codes};
 use crate::scene::ElementRecord;
 
-/// What was found of elements of a class: those of one shape lack the same.
+/// What was found of the elements of each class, by its full name: those of one shape lack the same.
 #[derive(Default)]
-pub(super) struct Found(Vec<(Shape, Vec<bool>)>);
+pub(super) struct Found(FxHashMap<String, Vec<(Shape, Vec<bool>)>>);
 
 /// What an element is given but for its numbers, on which what is found does not depend.
 #[derive(PartialEq)]
@@ -28,13 +28,13 @@ struct Shape {
 const MOST_OPERATIONS: usize = 20_000;
 
 /// Warnings of the parameters that a scene gives an element in vain. `params` is what it was created with, of which
-/// `recording` came; `known` is what was found of its class before.
+/// `recording` came; `found` is what was found of elements before.
 pub(super) fn check(
     record: &ElementRecord,
     handle: &ElementHandle,
     params: &Table,
     recording: &Recording,
-    known: &mut Found,
+    found: &mut Found,
 ) -> Vec<Diagnostic> {
     let class = handle.descriptor();
     let in_question = |spec: &ParamSpec| {
@@ -55,12 +55,13 @@ pub(super) fn check(
     };
     let words = params.iter().map(|(name, value)| (name.clone(), word(value))).collect();
     let shape = Shape { written, unconnected, words };
-    let at = known.0.iter().position(|(known, _)| *known == shape).unwrap_or_else(|| {
+    let known = found.0.entry(handle.full_name()).or_default();
+    let at = known.iter().position(|(known, _)| *known == shape).unwrap_or_else(|| {
         let idle = idle(handle, record, params, (recording, &shape.written, &shape.unconnected));
-        known.0.push((shape, idle));
-        known.0.len() - 1
+        known.push((shape, idle));
+        known.len() - 1
     });
-    let idle = class.params.iter().zip(&known.0[at].1).filter(|(_, idle)| **idle);
+    let idle = class.params.iter().zip(&known[at].1).filter(|(_, idle)| **idle);
     idle.map(|(spec, _)| warning(record, class, spec)).collect()
 }
 

@@ -99,9 +99,12 @@ impl Equations {
             let k = element.rows.iter().position(|row| *row as u32 == number)?;
             Some(first + k)
         };
+        // Where they follow signals, which may be numbers, too.
+        let follow = element.inputs.iter().any(|source| source.quantity().is_some());
         let mut direction_at = layout.discrete_at[index] + recording.initial_discrete.len();
         for number in element.rows.iter().map(|number| *number as u32) {
             let Some((_, limit)) = values.iter().find(|(role, _)| *role == Role::Limit(number)) else { continue };
+            let fixed = self.graph.value(*limit).is_some() && !follow;
             let pair = recording.slides_with(number).and_then(place);
             let rows: Vec<usize> = place(number).into_iter().chain(pair).collect();
             let unilateral = recording.sticks_with(number).and_then(place);
@@ -111,7 +114,7 @@ impl Equations {
                 self.row_rate(&row)
             });
             let rates: Vec<Node> = rates.collect();
-            let limit = if self.graph.value(*limit).is_some() { *limit } else { self.not_below_zero(*limit) };
+            let limit = if fixed { *limit } else { self.not_below_zero(*limit) };
             let count = if rows.len() > 1 { 3 } else { 1 };
             let friction = Friction { rows, limit, contact, direction_at, rates, multipliers: Vec::new() };
             direction_at += count;
@@ -119,24 +122,15 @@ impl Equations {
         }
     }
 
-    /// The frictions of joints whose limits follow signals, in their place among the others; such a limit is never below zero, not
-    /// even where the signal is a number.
+    /// The frictions of joints whose limits follow signals, in their place among the others.
     pub(super) fn add_signalled_frictions(
         &mut self,
         limits: Vec<(usize, Vec<(Role, Node)>)>,
         model: &Model,
         layout: &Layout,
     ) {
-        for (index, mut values) in limits {
-            let element = &model.elements[index];
-            if element.inputs.iter().any(|source| source.quantity().is_some()) {
-                for (_, limit) in &mut values {
-                    if self.graph.value(*limit).is_some() {
-                        *limit = self.not_below_zero(*limit);
-                    }
-                }
-            }
-            self.add_frictions(index, element, &values, layout);
+        for (index, values) in limits {
+            self.add_frictions(index, &model.elements[index], &values, layout);
         }
         self.frictions.sort_by_key(|friction| friction.rows[0]);
         self.set_open(&[]);

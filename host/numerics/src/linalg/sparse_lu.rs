@@ -105,8 +105,8 @@ impl SparseLu {
     }
 
     /// Numbers that the factors are made of.
-    #[must_use]
-    pub fn entries(&self) -> usize {
+    #[cfg(test)]
+    pub(super) fn entries(&self) -> usize {
         self.steps.iter().map(|step| 1 + step.right.len() + step.below.len()).sum()
     }
 }
