@@ -1,9 +1,11 @@
-//! Modes of what moves: where the linear model stays the same along the motion they decide, and elsewhere they do not.
+//! Modes of what moves: where the linear model stays the same along the motion, in axes of the ground or in others that turn, they decide,
+//! and elsewhere they do not.
 
 use std::path::Path;
 
+use nalgebra::Complex;
 use odyn::analyses::linear::Linear;
-use odyn::analyses::modes::{Modes, Stability};
+use odyn::analyses::modes::{Mode, Modes, Stability};
 use odyn::session::Session;
 
 use crate::support::{Scratch, options, root};
@@ -67,20 +69,101 @@ axis = [0, 1, 0]
 params = { stiffness = 0, damping = 1 }
 "#;
 
+/// Whether each root of s^2 + b s + c is an eigenvalue.
+fn assert_roots(found: &Modes, [b, c]: [f64; 2], what: &str) {
+    let root = Complex::new(b * b / 4.0 - c, 0.0).sqrt();
+    for expected in [-root - b / 2.0, root - b / 2.0].into_iter().filter(|root| root.im >= 0.0) {
+        let off = |mode: &Mode| (Complex::new(mode.real, mode.imaginary) - expected).norm();
+        let nearest = found.modes.iter().map(off).fold(f64::INFINITY, f64::min);
+        assert!(nearest < 1e-9 * expected.norm(), "{what}: {expected} {nearest:.1e} {:?}", found.modes);
+    }
+}
+
 #[test]
-fn what_turns_about_no_axis_of_symmetry_is_not_called_stable() {
+fn a_governor_is_judged_in_axes_that_turn_with_it() {
     let scratch = Scratch::new();
     let path = scratch.file("scene.toml", GOVERNOR);
-    for w in ["-30", "0.5", "3", "4.3", "4.6", "8", "100"] {
-        for out in ["0", "0.7"] {
-            let (found, unsteadiness) = modes(&path, &[&format!("W={w}"), &format!("out={out}")]);
-            assert_eq!(found.stability, Stability::Frozen, "{w} {out}: {unsteadiness} {:?}", found.modes);
-            let speed: f64 = w.parse().unwrap();
-            assert!(unsteadiness > 0.1 * speed.abs(), "{w}: {unsteadiness}");
+    let (m, l, g, moment, damping) = (2.0, 0.5, 9.81, 0.001, 1.0);
+    let inertia = m * l * l + moment;
+    for (w, hangs) in
+        [(-30.0, false), (0.5, true), (3.0, true), (4.3, true), (4.6, false), (8.0, false), (100.0, false)]
+    {
+        let (found, unsteadiness) = modes(&path, &[&format!("W={w}")]);
+        assert_eq!(unsteadiness, 0.0, "{w}");
+        let expected = if hangs { Stability::Stable } else { Stability::Unstable };
+        assert_eq!(found.stability, expected, "{w}: {:?}", found.modes);
+        assert_roots(&found, [damping / inertia, m * l * (g - l * w * w) / inertia], &format!("{w}"));
+        // Swung out as far as its speed has it, it stays.
+        if !hangs {
+            let out = f64::acos(g / (l * w * w));
+            let (found, unsteadiness) = modes(&path, &[&format!("W={w}"), &format!("out={out:?}")]);
+            assert_eq!((found.stability, unsteadiness), (Stability::Stable, 0.0), "{w}: {:?}", found.modes);
+            let back = m * l * l * w * w * out.sin().powi(2);
+            assert_roots(&found, [damping / inertia, back / inertia], &format!("{w} swung out"));
         }
     }
     let (standing, unsteadiness) = modes(&path, &["W=0"]);
     assert_eq!((standing.stability, unsteadiness), (Stability::Stable, 0.0));
+}
+
+#[test]
+fn what_does_not_turn_as_one_is_not_called_stable() {
+    let scratch = Scratch::new();
+    let path = scratch.file("scene.toml", GOVERNOR);
+    for w in ["-30", "0.5", "3", "8", "100"] {
+        let (found, unsteadiness) = modes(&path, &[&format!("W={w}"), "out=0.7"]);
+        assert_eq!(found.stability, Stability::Frozen, "{w}: {unsteadiness} {:?}", found.modes);
+        let speed: f64 = w.parse().unwrap();
+        assert!(unsteadiness > 0.1 * speed.abs(), "{w}: {unsteadiness}");
+    }
+    // Cranks of equal length that pass their upper dead centre, where nothing accelerates along the path.
+    let (found, _) = modes(&root().join("scenes/benchmarks/A02_N1.toml"), &[]);
+    assert_eq!(found.stability, Stability::Frozen);
+}
+
+/// A mass on springs in axes of a shaft that a motor turns, at its centre: (s^2 - W^2 + kx/m) (s^2 - W^2 + ky/m) + 4 W^2 s^2 = 0 across the
+/// shaft (Ziegler 1977, "Principles of Structural Stability", ch. 3).
+#[test]
+fn a_shaft_with_two_stiffnesses_is_unstable_between_its_critical_speeds() {
+    let scratch = Scratch::new();
+    let (machine, _) = GOVERNOR.split_once("[[joint]]\nname = \"pin\"").unwrap();
+    let scene = machine
+        .replace("position = [\"0.5 * sin(out)\", 0, \"-0.5 * cos(out)\"]", "position = [0, 0, 0]")
+        .replace("velocity = [0, \"W * 0.5 * sin(out)\", 0]", "velocity = [0, 0, 0]");
+    let soft = "[[force]]\nname = \"soft\"\ntype = \"bushing\"\nbodies = [\"shaft\", \"bob\"]\npoint = [0, 0, 0]\n\
+                params = { stiffness = [50, 200, 1000], damping = [0, 0, 0], rotational_stiffness = [3, 4, 5], \
+                rotational_damping = [0, 0, 0] }\n";
+    let path = scratch.file("scene.toml", format!("{scene}{soft}").replace("[0, 0, -9.81]", "[0, 0, 0]"));
+    for (w, stable) in [(1.0_f64, true), (4.9, true), (5.1, false), (9.9, false), (10.1, true), (40.0, true)] {
+        let (found, unsteadiness) = modes(&path, &[&format!("W={w}")]);
+        assert_eq!(unsteadiness, 0.0, "{w}");
+        let expected = if stable { Stability::Undamped } else { Stability::Unstable };
+        assert_eq!(found.stability, expected, "{w}: {:?}", found.modes);
+        let (x, y) = (25.0 - w * w, 100.0 - w * w);
+        let half = (x + y + 4.0 * w * w) / 2.0;
+        let root = (half * half - x * y).sqrt();
+        for square in [half - root, half + root] {
+            assert_roots(&found, [0.0, square], &format!("{w}"));
+        }
+    }
+}
+
+/// A coin that rolls in a circle, as in the verification manual; about that motion, Euler's equations in axes that turn with its lean,
+/// linearised by themselves, have these eigenvalues beside zeros.
+#[test]
+fn a_coin_that_rolls_in_a_circle_is_judged_in_axes_that_turn_with_it() {
+    let scene = std::fs::read_to_string(root().join("scenes/verification/rolling-disc.toml")).unwrap();
+    let ((_, scene), scratch) = (scene.split_once("[plugins]").unwrap(), Scratch::new());
+    let (coin, _) = scene.split_once("[[body]]\nname = \"wheel\"").unwrap();
+    let path = scratch.file("scene.toml", format!("[plugins]{coin}"));
+    for (lean, square, stability) in
+        [(1.1, 7.288_512_32_f64.powi(2), Stability::Undecided), (1.5, -5.877_575_38_f64.powi(2), Stability::Unstable)]
+    {
+        let (found, unsteadiness) = modes(&path, &[&format!("b={lean}")]);
+        assert_eq!((found.stability, unsteadiness), (stability, 0.0), "{:?}", found.modes);
+        let nearest = found.modes.iter().map(|mode| (mode.real.powi(2) - mode.imaginary.powi(2) + square).abs());
+        assert!(nearest.fold(f64::INFINITY, f64::min) < 1e-7, "{lean}: {:?}", found.modes);
+    }
 }
 
 /// A disc in a housing on soft, damped mounts. With the rotor first among the bodies of the bearing, its reactions are in axes that turn.
@@ -150,4 +233,17 @@ fn what_travels_straight_on_is_judged_as_it_goes() {
         let (found, unsteadiness) = modes(&path, &[&format!("v={v}")]);
         assert_eq!((found.stability, unsteadiness), (expected, 0.0), "{v}");
     }
+}
+
+/// A crank that a motor turns: no freedom is left, and reactions turn with it.
+#[test]
+fn what_has_no_freedom_left_has_no_modes_and_is_linearised() {
+    let scratch = Scratch::new();
+    let (machine, _) = GOVERNOR.split_once("[[joint]]\nname = \"pin\"").unwrap();
+    let welded = "[[joint]]\nname = \"weld\"\ntype = \"bracket\"\nbodies = [\"shaft\", \"bob\"]\npoint = [0, 0, 0]\n";
+    let scene = format!("{machine}{welded}");
+    let path = scratch.file("scene.toml", scene);
+    let (found, unsteadiness) = modes(&path, &["out=0.7"]);
+    assert_eq!((found.modes.len(), unsteadiness), (0, 0.0));
+    assert_ne!(found.stability, Stability::Frozen);
 }

@@ -45,7 +45,7 @@
 //! | `events.rs` | steps end where equations switch: less work, the same results |
 //! | `digits.rs` | digits that are said to be certain are; references with more digits than doubles |
 //! | `analyses.rs` | equilibria, modes and linear models: closed forms, and differences in either formulation |
-//! | `frozen.rs` | modes of what moves: judged where the linear model stays the same along the motion, `frozen` elsewhere |
+//! | `frozen.rs` | modes of what moves: judged where the linear model stays the same along the motion, also in axes that turn |
 //! | `orientations.rs` | Euler parameters as signals: modes, linear models, kinematics, inverse dynamics against closed forms |
 //! | `closed_forms.rs` | derivatives of verification scenes are those of the closed forms that these state |
 //! | `sensitivities.rs` | derivatives by numbers of scenes: closed forms, both formulations, through contacts |

@@ -8,13 +8,15 @@
 //! [dR/da dR/dlambda; -Phi_q 0] [da; dlambda] = -[dR; dG],   R = Q - M a - Phi_q^T lambda,  G = gamma - Phi_q a,
 //!
 //! with independent rows; forces that depend on a and lambda are in dR/da and dR/dlambda. (Haug 1989, ch. 9; Negrut & Ortiz 2006, "A
-//! practical approach for the linearization of the constrained multibody dynamics equations".) Bases stay as they are: the
-//! linearisation is frozen in time where the state moves, and exact where it is at rest or turns about axes of symmetry.
+//! practical approach for the linearization of the constrained multibody dynamics equations".) Bases stay as they are, or turn with axes
+//! W: then W x (delta x, delta v) is taken off their rates. The linearisation is frozen in time where the state moves, and exact where it is
+//! at rest, turns about axes of symmetry, or turns as one with W.
 
+mod motion;
 mod solve;
 mod steady;
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, Vector3};
 use serde::Serialize;
 
 use crate::analysis::{Direction, Expansion, Freedom, Function, Local};
@@ -22,7 +24,7 @@ use crate::diagnostics::{Diagnostic, codes, suggest};
 use crate::energies::{Carried, own_masses};
 use crate::model::{Model as SceneModel, Quantity};
 use crate::program::Equations;
-use crate::round_off::{ROUND_OFF, RoundOff, by_mass};
+use crate::round_off::{RoundOff, by_mass};
 use crate::session::{Instant, Session, SessionError};
 use solve::solve;
 
@@ -30,9 +32,6 @@ pub use crate::plain::Model;
 
 /// Accelerations below this share of what a body's loads would give alone are none.
 pub(crate) const NO_ACCELERATION: f64 = 1e-7;
-/// Velocities below this, in lengths of the scene and radians per second, are none.
-const NO_VELOCITY: f64 = 1e-12;
-
 /// A signal that goes in or comes out.
 #[derive(Debug, Clone, Serialize)]
 pub struct Port {
@@ -88,7 +87,10 @@ pub struct Linear {
     pub notes: Vec<String>,
     /// Whether the scene neither moves nor accelerates there.
     pub at_rest: bool,
-    /// How fast it changes along the motion, on its size, 1/s; zero at rest, and where the motion is steady in axes of the ground.
+    /// Angular velocity of the axes in which states are seen, rad/s, ground axes: that with which the scene turns as one, if it does,
+    /// and the motion is not steady in axes of the ground.
+    pub turning: Vector3<f64>,
+    /// How fast it changes along the motion, on its size, 1/s; zero at rest, and where the motion is steady in those axes.
     pub unsteadiness: f64,
 }
 
@@ -98,17 +100,9 @@ pub(crate) struct Load {
     pub(crate) element: String,
     pub(crate) body: usize,
     /// From the centre of mass to the frame, m, ground axes.
-    pub(crate) arm: nalgebra::Vector3<f64>,
+    pub(crate) arm: Vector3<f64>,
     /// At the instant, N.
-    pub(crate) force: nalgebra::Vector3<f64>,
-}
-
-/// The acceleration that loads of these sizes would give a body alone, m/s^2, rotations on the size of the scene.
-fn alone(sizes: &DVector<f64>, model: &SceneModel, length: f64, index: usize) -> f64 {
-    let body = &model.bodies[index];
-    let moment = body.inertia.trace().max(f64::MIN_POSITIVE) / 3.0;
-    (sizes.fixed_rows::<3>(6 * index).norm() / body.mass)
-        .max(length * sizes.fixed_rows::<3>(6 * index + 3).norm() / moment)
+    pub(crate) force: Vector3<f64>,
 }
 
 /// Refuses with a diagnostic of the scene.
@@ -203,7 +197,7 @@ impl Linear {
             refuse(session, Diagnostic::error(codes::SINGULAR_MASS, message))
         };
         let expansion = local.at(&instant.inputs).map_err(|error| failed(&error))?;
-        let mut linear = reduce(&expansion).map_err(|reason| failed(&reason))?;
+        let mut linear = reduce(&expansion, Vector3::zeros()).map_err(|reason| failed(&reason))?;
         linear.time = instant.time;
         linear.drop_round_off();
         // From SI to the units of the ports.
@@ -257,7 +251,7 @@ impl Linear {
                     element: model.elements[*element].name.clone(),
                     body: *body,
                     arm: turn * model.elements[*element].markers[*frame].position,
-                    force: nalgebra::Vector3::new(values[at], values[at + 1], values[at + 2]),
+                    force: Vector3::new(values[at], values[at + 1], values[at + 2]),
                 }
             })
             .collect();
@@ -270,84 +264,11 @@ impl Linear {
                 linear.loads.rows_mut(6 * k, 6).copy_from(&own.rows(6 * frame, 6));
             }
         }
-        if linear.say(session, instant, &local) {
-            linear.unsteadiness = steady::unsteadiness(&linear, instant, (&mut local, &rows), layout, length);
-        }
+        let (moves, notes) = linear.motion(session, instant);
+        let axes = moves.then(|| steady::axes(&linear, instant, (&mut local, &rows), layout, length));
+        linear.stay(axes.unwrap_or_default(), notes);
+        linear.say(session, instant, &local);
         Ok(linear)
-    }
-
-    /// What the user has to know about where this was done. Whether the scene moves there.
-    fn say(&mut self, session: &Session, instant: &Instant, local: &Local) -> bool {
-        let layout = &session.plan.layout;
-        let length = session.assembly.scales.length;
-        let mut fastest = (0.0_f64, String::new());
-        let mut quickest = (0.0_f64, 0.0_f64, String::new());
-        let stiff = self.expansion.slope(Function::Balance, Direction::Positions).abs() * &self.expansion.scales;
-        for (index, body) in session.model.bodies.iter().enumerate() {
-            let norm = |slot: usize| (0..3).map(|k| instant.inputs[slot + k].powi(2)).sum::<f64>().sqrt();
-            let speed = norm(layout.body_slot(index, 7)).max(length * norm(layout.body_slot(index, 10)));
-            if speed > fastest.0 {
-                fastest = (speed, body.name.clone());
-            }
-            let at = layout.acceleration_slot() + 6 * index;
-            let acceleration = norm(at).max(length * norm(at + 3));
-            let [alone, displaced] =
-                [&self.expansion.sizes, &stiff].map(|sizes| alone(sizes, &session.model, length, index));
-            let none = NO_ACCELERATION * alone + ROUND_OFF * length * displaced;
-            if acceleration > none && acceleration > quickest.0 {
-                quickest = (acceleration, acceleration / alone, body.name.clone());
-            }
-        }
-        let moves = fastest.0 > NO_VELOCITY * length;
-        self.at_rest = !moves && quickest.0 == 0.0;
-        if quickest.0 > 0.0 {
-            self.notes.push(format!(
-                "not an equilibrium: `{}` accelerates by {:.3e} m/s^2 (rotations on the size of the scene, {length:.3} m), {:.1e} of \
-                 what its loads alone would give; the linearisation is frozen at this instant",
-                quickest.2, quickest.0, quickest.1
-            ));
-        }
-        if moves {
-            self.notes.push(format!(
-                "the scene moves (`{}` with {:.3e} m/s): frozen in time, in axes of the ground; exact only where the motion is steady \
-                 in these axes, as of rotors about their axes of symmetry",
-                fastest.1, fastest.0
-            ));
-        }
-        let equations = &session.equations;
-        if equations.enforced().any(|row| !equations.graph.is_zero(equations.rows[row].time)) {
-            let how = if !self.at_rest {
-                "goes on"
-            } else {
-                "stands still, and what it causes (centrifugal and gyroscopic forces) is left out"
-            };
-            self.notes.push(format!("joints are driven: their prescribed motion {how}"));
-        }
-        for one in &equations.releases {
-            let state = if instant.released.contains(&one.element) { "has let go" } else { "is taken to hold" };
-            self.notes.push(format!("`{}` may be released: it {state}", session.model.elements[one.element].name));
-        }
-        for (number, contact) in equations.contacts.iter().enumerate() {
-            let (element, k) = layout.element_of_row(contact.row);
-            let name = session.model.elements[element].row_name(k);
-            let state = if instant.closed.contains(&number) { "closed: it is taken to hold" } else { "open" };
-            self.notes.push(format!("the contact `{name}` is {state}"));
-        }
-        if local.has_branches() {
-            self.notes.push(
-                "some equations have branches (friction, stops, tables): linearised in the branch in force".into(),
-            );
-        }
-        if layout.given_at > 0 {
-            self.notes.push("element states that change only between steps are held".into());
-        }
-        if !session.plan.redundant_rows.is_empty() && !self.outputs.is_empty() {
-            self.notes.push(
-                "some rows are redundant: outputs that show reactions which are not unique share them as they come"
-                    .into(),
-            );
-        }
-        moves
     }
 }
 
@@ -373,8 +294,8 @@ fn choose<'n>(
     names.iter().map(find).collect()
 }
 
-/// The reduction, in SI.
-pub(crate) fn reduce(e: &Expansion) -> Result<Linear, String> {
+/// The reduction, in SI, of states that are seen in axes with this angular velocity, rad/s.
+pub(crate) fn reduce(e: &Expansion, turning: Vector3<f64>) -> Result<Linear, String> {
     use Direction as D;
     use Function as F;
     let words = |error: crate::analysis::AnalysisError| error.to_string();
@@ -436,19 +357,28 @@ pub(crate) fn reduce(e: &Expansion) -> Result<Linear, String> {
         by_inputs += e.slope(of, D::Inputs);
         all
     };
-    // x' = v + omega x turn.
+    // x' = v + omega x turn, less what the axes do.
     let mut moving = v.clone();
     for (body, spin) in e.spins.iter().enumerate() {
-        let turned = nalgebra::Matrix3::new(0.0, -spin.z, spin.y, spin.z, 0.0, -spin.x, -spin.y, spin.x, 0.0)
-            * x.rows(6 * body + 3, 3);
+        let turned = spin.cross_matrix() * x.rows(6 * body + 3, 3);
         let mut part = moving.rows_mut(6 * body + 3, 3);
         part += turned;
+    }
+    let with_axes = turning.cross_matrix();
+    for at in (0..n).step_by(3).filter(|_| turning != Vector3::zeros()) {
+        let mut part = moving.rows_mut(at, 3);
+        part -= with_axes * x.rows(at, 3);
     }
     let mut whole = DMatrix::zeros(states, states + inputs);
     let coordinates = &places.components * moving;
     whole.view_mut((0, 0), (p, states)).copy_from(&coordinates);
     // What rows carry along has no components here.
-    whole.rows_mut(p, q).copy_from(&(&motions.components * &accelerations));
+    let mut changes = accelerations.clone();
+    for at in (0..n).step_by(3).filter(|_| turning != Vector3::zeros()) {
+        let mut part = changes.view_mut((at, 0), (3, states));
+        part -= with_axes * v.rows(at, 3);
+    }
+    whole.rows_mut(p, q).copy_from(&(&motions.components * changes));
     whole.rows_mut(p + q, s).copy_from(&respond(F::States));
     let outputs = respond(F::Outputs);
     let names = (1..=p).map(|k| format!("q{k}")).chain((1..=q).map(|k| format!("u{k}")));
@@ -474,6 +404,7 @@ pub(crate) fn reduce(e: &Expansion) -> Result<Linear, String> {
         bodies: Vec::new(),
         notes: Vec::new(),
         at_rest: false,
+        turning,
         unsteadiness: 0.0,
     })
 }

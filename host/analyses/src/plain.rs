@@ -12,6 +12,8 @@ pub struct Model {
     pub time: f64,
     /// Whether the scene neither moves nor accelerates there.
     pub at_rest: bool,
+    /// Angular velocity of the axes in which states are seen, rad/s, ground axes; zero: those of the ground.
+    pub turning: [f64; 3],
     /// Names of the states.
     pub states: Vec<String>,
     /// What goes in.
@@ -39,6 +41,7 @@ impl Linear {
         Model {
             time: self.time,
             at_rest: self.at_rest,
+            turning: self.turning.into(),
             states: self.states.clone(),
             inputs: self.inputs.clone(),
             outputs: self.outputs.clone(),

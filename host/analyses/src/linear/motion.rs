@@ -1,0 +1,118 @@
+//! How a scene moves where it is linearised, and what the user has to know about that place.
+
+use nalgebra::DVector;
+
+use super::steady::Axes;
+use super::{Linear, NO_ACCELERATION};
+use crate::analysis::{Direction, Function, Local};
+use crate::model::Model;
+use crate::round_off::ROUND_OFF;
+use crate::session::{Instant, Session};
+
+/// Velocities below this, in lengths of the scene and radians per second, are none.
+const NO_VELOCITY: f64 = 1e-12;
+
+impl Linear {
+    /// The model in axes in which it changes least, with what is to be said of its motion in axes of the ground.
+    pub(super) fn stay(&mut self, axes: Axes, in_ground_axes: Vec<String>) {
+        self.unsteadiness = axes.unsteadiness;
+        if let Some(turned) = axes.turned {
+            (self.a, self.turning) = (turned, axes.turning);
+            self.drop_round_off();
+            let turning: [f64; 3] = axes.turning.map(|part| format!("{part:.5e}").parse().unwrap_or(part)).into();
+            self.notes.push(format!(
+                "the scene turns steadily: states are seen in axes that turn with {turning:?} rad/s, in which the coefficients stay the \
+                 same; those of inputs and outputs do where these turn with it, or do not depend on how it stands"
+            ));
+        } else {
+            self.notes.extend(in_ground_axes);
+        }
+    }
+
+    /// Whether the scene moves, and what is to be said where it is not at rest.
+    pub(super) fn motion(&mut self, session: &Session, instant: &Instant) -> (bool, Vec<String>) {
+        let layout = &session.plan.layout;
+        let length = session.assembly.scales.length;
+        let mut fastest = (0.0_f64, String::new());
+        let mut quickest = (0.0_f64, 0.0_f64, String::new());
+        let stiff = self.expansion.slope(Function::Balance, Direction::Positions).abs() * &self.expansion.scales;
+        for (index, body) in session.model.bodies.iter().enumerate() {
+            let norm = |slot: usize| (0..3).map(|k| instant.inputs[slot + k].powi(2)).sum::<f64>().sqrt();
+            let speed = norm(layout.body_slot(index, 7)).max(length * norm(layout.body_slot(index, 10)));
+            if speed > fastest.0 {
+                fastest = (speed, body.name.clone());
+            }
+            let at = layout.acceleration_slot() + 6 * index;
+            let acceleration = norm(at).max(length * norm(at + 3));
+            let [alone, displaced] =
+                [&self.expansion.sizes, &stiff].map(|sizes| alone(sizes, &session.model, length, index));
+            let none = NO_ACCELERATION * alone + ROUND_OFF * length * displaced;
+            if acceleration > none && acceleration > quickest.0 {
+                quickest = (acceleration, acceleration / alone, body.name.clone());
+            }
+        }
+        let moves = fastest.0 > NO_VELOCITY * length;
+        self.at_rest = !moves && quickest.0 == 0.0;
+        let mut notes = Vec::new();
+        if quickest.0 > 0.0 {
+            notes.push(format!(
+                "not an equilibrium: `{}` accelerates by {:.3e} m/s^2 (rotations on the size of the scene, {length:.3} m), {:.1e} of \
+                 what its loads alone would give; the linearisation is frozen at this instant",
+                quickest.2, quickest.0, quickest.1
+            ));
+        }
+        if moves {
+            notes.push(format!(
+                "the scene moves (`{}` with {:.3e} m/s): frozen in time, in axes of the ground; exact only where the motion is steady \
+                 in these axes, as of rotors about their axes of symmetry",
+                fastest.1, fastest.0
+            ));
+        }
+        (moves, notes)
+    }
+
+    /// What else the user has to know about where this was done.
+    pub(super) fn say(&mut self, session: &Session, instant: &Instant, local: &Local) {
+        let (layout, equations) = (&session.plan.layout, &session.equations);
+        if equations.enforced().any(|row| !equations.graph.is_zero(equations.rows[row].time)) {
+            let how = if !self.at_rest {
+                "goes on"
+            } else {
+                "stands still, and what it causes (centrifugal and gyroscopic forces) is left out"
+            };
+            self.notes.push(format!("joints are driven: their prescribed motion {how}"));
+        }
+        for one in &equations.releases {
+            let state = if instant.released.contains(&one.element) { "has let go" } else { "is taken to hold" };
+            self.notes.push(format!("`{}` may be released: it {state}", session.model.elements[one.element].name));
+        }
+        for (number, contact) in equations.contacts.iter().enumerate() {
+            let (element, k) = layout.element_of_row(contact.row);
+            let name = session.model.elements[element].row_name(k);
+            let state = if instant.closed.contains(&number) { "closed: it is taken to hold" } else { "open" };
+            self.notes.push(format!("the contact `{name}` is {state}"));
+        }
+        if local.has_branches() {
+            self.notes.push(
+                "some equations have branches (friction, stops, tables): linearised in the branch in force".into(),
+            );
+        }
+        if layout.given_at > 0 {
+            self.notes.push("element states that change only between steps are held".into());
+        }
+        if !session.plan.redundant_rows.is_empty() && !self.outputs.is_empty() {
+            self.notes.push(
+                "some rows are redundant: outputs that show reactions which are not unique share them as they come"
+                    .into(),
+            );
+        }
+    }
+}
+
+/// The acceleration that loads of these sizes would give a body alone, m/s^2, rotations on the size of the scene.
+fn alone(sizes: &DVector<f64>, model: &Model, length: f64, index: usize) -> f64 {
+    let body = &model.bodies[index];
+    let moment = body.inertia.trace().max(f64::MIN_POSITIVE) / 3.0;
+    (sizes.fixed_rows::<3>(6 * index).norm() / body.mass)
+        .max(length * sizes.fixed_rows::<3>(6 * index + 3).norm() / moment)
+}
