@@ -143,6 +143,8 @@ pub struct Modes {
     pub coordinates: usize,
     /// States in all.
     pub states: usize,
+    /// Angular velocity of the axes in which states are seen, rad/s, ground axes; zero: those of the ground.
+    pub turning: [f64; 3],
     /// What the eigenvalues say.
     pub stability: Stability,
     /// Eigenvalues that are zero.
@@ -228,6 +230,7 @@ impl Modes {
             length,
             coordinates: linear.coordinates,
             states: linear.a.nrows(),
+            turning: linear.turning.into(),
             stability,
             zeros: found.zeros,
             neutral,

@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use odyn::analyses::campbell::Campbell;
+use odyn::analyses::modes::Modes;
 use odyn::analyses::question::{Answer, Question};
 use odyn::desk::page::chart::{Chart, Curve, INK, colored, file, linear_axis};
 use odyn::diagnostics::Diagnostic;
@@ -85,18 +86,25 @@ fn table(found: &Campbell, most: usize) -> String {
             let number = mode.map_or(String::new(), |(_, mode)| significant(mode.frequency, 6));
             let _ = write!(text, " {number:>12}");
         }
-        let _ = writeln!(text, "  {}", found.modes[at].stability.words());
+        let axes = if turns(&found.modes[at]) { " (in axes that turn)" } else { "" };
+        let _ = writeln!(text, "  {}{axes}", found.modes[at].stability.words());
     }
     if found.branches.len() > shown {
         let _ = writeln!(text, "  and {} more branches", found.branches.len() - shown);
     }
-    // Those of the first value that has any: numbers in them are of that one.
-    if let Some((at, first)) = found.modes.iter().enumerate().find(|(_, modes)| !modes.notes.is_empty()) {
-        first.notes.iter().for_each(|note| {
+    // Those of the first value that has any, and of the first in axes that turn: numbers in them are of that one.
+    let any = found.modes.iter().position(|modes| !modes.notes.is_empty());
+    let turned = found.modes.iter().position(turns).filter(|turned| any != Some(*turned));
+    for at in any.into_iter().chain(turned) {
+        found.modes[at].notes.iter().for_each(|note| {
             let _ = writeln!(text, "note: at {} = {}: {note}", found.key, found.values[at]);
         });
     }
     text
+}
+
+fn turns(modes: &Modes) -> bool {
+    modes.turning != [0.0; 3]
 }
 
 /// Frequencies over the values, with multiples of the speed where the key is one; none where values are no numbers of one unit.
