@@ -6,6 +6,7 @@ use std::fs;
 use odyn::analyses::inverse::{Inverse, inverse};
 use odyn::analyses::kinematics::{Drive, kinematics};
 use odyn::analyses::prescribed::{Motion, quantity};
+use odyn::results::Status;
 use odyn::session::{Session, SessionError};
 
 use crate::fed_back::{Begin, PENDULUM, fed_back, turn};
@@ -345,5 +346,68 @@ fn the_whole_motion_of_a_cam_has_the_dead_points_of_its_profile() {
         }
         let [low, high] = found.extents[0].values;
         assert!((high - low - 0.04 * size).abs() < 1e-12 * size, "{size}: from {low} to {high}");
+    }
+}
+
+/// A crank that begins smoothly, by a law of motion in whose rate terms cancel.
+fn smooth_start(angle: &str) -> String {
+    format!(
+        r#"
+[plugins]
+libraries = ["joints"]
+[simulation]
+gravity = [0, -9.81, 0]
+t_end = 3
+output_step = 0.05
+[[body]]
+name = "crank"
+mass = 1
+inertia = [0.01, 0.01, 0.01]
+com = [0.05, 0, 0]
+[[joint]]
+name = "bearing"
+type = "revolute"
+bodies = ["ground", "crank"]
+point = [0, 0, 0]
+axis = [0, 0, 1]
+[[joint]]
+name = "motor"
+type = "rotation-driver"
+bodies = ["ground", "crank"]
+point = [0, 0, 0]
+axis = [0, 0, 1]
+params.angle = "{angle}"
+[[output]]
+name = "speed"
+quantity = "angular_velocity"
+of = "crank"
+component = "z"
+"#
+    )
+}
+
+/// The rate of `t - sin(t)` is known to a step of 1.1e-16: as much as it is itself where the motion begins. Such a step is no motion
+/// that steps would have to follow.
+#[test]
+fn what_begins_smoothly_is_driven_from_the_first_step_on() {
+    type Rate = fn(f64) -> f64;
+    let laws: [(&str, Rate); 4] = [
+        ("t - sin(t)", |t| 2.0 * (0.5 * t).sin().powi(2)),
+        ("pi * t / 3 - sin(2 * pi * t / 3) / 2", |t| {
+            2.0 * std::f64::consts::FRAC_PI_3 * (std::f64::consts::FRAC_PI_3 * t).sin().powi(2)
+        }),
+        ("6 * (t - tanh(t))", |t| 6.0 * t.tanh().powi(2)),
+        ("t - atan(t)", |t| t * t / (1.0 + t * t)),
+    ];
+    for (angle, rate) in laws {
+        for formulation in ["joint", "cartesian"] {
+            let session = open_text(&smooth_start(angle), &[&format!("simulation.formulation={formulation}")]);
+            let run = session.run(None, Box::new(|_| ()), &Default::default());
+            let run = run.unwrap_or_else(|error| panic!("{angle}, {formulation}: {error}"));
+            assert_eq!(run.summary.status, Status::Completed, "{angle}, {formulation}");
+            for (t, speed) in run.times.iter().zip(column(&run, "speed")) {
+                assert!((speed - rate(*t)).abs() < 1e-14 * 6.0, "{angle}, {formulation}: {speed:e} at {t}");
+            }
+        }
     }
 }

@@ -73,6 +73,26 @@ pub fn sizes_of_forces(equations: &Equations, model: &Model, layout: &Layout) ->
     (graph, nodes)
 }
 
+/// Three nodes per row that a function of time drives, in a graph that takes the inputs of [`Layout`]: the sum of the magnitudes of the
+/// terms of its derivative with respect to time, how much of the row is displacement of its bodies, and how much is their rotation.
+#[must_use]
+pub fn sizes_of_drives(equations: &Equations) -> (Graph, Vec<Node>) {
+    let mut graph = Graph::default();
+    let g = &mut graph;
+    let mut rewriting = Rewriting::new(&equations.graph, g, FxHashMap::default());
+    let mut nodes = Vec::new();
+    for row in equations.rows.iter().filter(|row| !equations.graph.is_zero(row.time)) {
+        let rate = rewriting.carry(g, row.time);
+        nodes.extend(magnitudes(g, &[rate], &FxHashMap::default()));
+        for kind in [0, 1] {
+            let part = row.jacobian.iter().filter(|(column, _)| column / 3 % 2 == kind);
+            let part: Vec<Node> = part.map(|(_, entry)| rewriting.carry(g, *entry)).collect();
+            nodes.push(norm(g, &part));
+        }
+    }
+    (graph, nodes)
+}
+
 /// The accelerations and multipliers that nodes depend on, by slots, ascending.
 fn solved_inputs(g: &Graph, nodes: &[Node], layout: &Layout) -> Vec<usize> {
     let solved = layout.acceleration_slot()..layout.inputs();

@@ -184,6 +184,11 @@ impl Prepared {
         system
             .anticipate_rest(&session.equations, &session.model, (t_start, &state), t_end - t_start)
             .map_err(|e| start_error(&session.scene, &e))?;
+        if session.determined {
+            system
+                .anticipate_drives(&session.equations, (t_start, &state), t_end - t_start)
+                .map_err(|e| start_error(&session.scene, &e))?;
+        }
         if let Some(carried) = &leg.carried {
             system.carry_on(carried);
         }

@@ -1,4 +1,4 @@
-//! [`Floor`]: what of the states of elements is round-off, and what of the velocities of a scene at rest.
+//! [`Floor`]: what of the states of elements is round-off, and what of the velocities of a scene at rest, or of one that time determines.
 //!
 //! The rate of a state is known to round-off of the sum F of the magnitudes of its terms. No step of size h makes the state better
 //! known than to `ROUND_OFF F h`, or to `ROUND_OFF F / w` where it forgets at the pace w what was longer ago. A state that is less
@@ -8,7 +8,7 @@
 use crate::analysis::{AnalysisError, Evaluator, Formulation, Group, Scales};
 use crate::model::Model;
 use crate::plan::Layout;
-use crate::program::{Equations, RateSizes, sizes_of_forces};
+use crate::program::{Equations, RateSizes, sizes_of_drives, sizes_of_forces};
 use odyn_numerics::draw::SplitMix64;
 
 /// Errors of rates, as a share of what these are made of, that count as round-off: 45 times that of one operation. A hundred times as
@@ -34,6 +34,8 @@ pub(super) struct Floor {
     h: f64,
     /// Round-off of accelerations, m/s^2, and of angular ones, rad/s^2, where the run starts at rest.
     at_rest: [f64; 2],
+    /// Round-off of velocities, m/s, and of angular ones, rad/s, that functions of time give.
+    driven: [f64; 2],
     /// What no error in it has to be below, per state, where that was asked for.
     errors: Vec<f64>,
     is_known: bool,
@@ -55,6 +57,7 @@ impl Floor {
             y: Vec::new(),
             h: 0.0,
             at_rest: [0.0; 2],
+            driven: [0.0; 2],
             errors: vec![0.0; layout.states],
             is_known: true,
             inputs: Vec::with_capacity(RateSizes::inputs(layout)),
@@ -161,9 +164,41 @@ impl Floor {
         self.at_rest = [0, 1].map(|k| cancelling[k].max(shaken[k]));
     }
 
+    /// The velocities that drivers give are round-off of the terms that cancel in the rates of their functions: in that of `t - sin(t)`
+    /// a step of 1.1e-16, however slow the motion begins. Looked at from the time `t` on for `duration`, with all bodies where they
+    /// are at the start, in a scene of the size `length`. From here on [`Floor::of_speeds`] knows that.
+    pub(super) fn drive(
+        &mut self,
+        equations: &Equations,
+        (t, y): (f64, &[f64]),
+        (duration, length): (f64, f64),
+        formulation: &mut dyn Formulation,
+    ) -> Result<(), AnalysisError> {
+        let (graph, nodes) = sizes_of_drives(equations);
+        let mut evaluator = Evaluator::new(&graph, &nodes);
+        let traces = formulation.traces();
+        for k in 0..=TIMES {
+            let time = t + duration * k as f64 / TIMES as f64;
+            let inputs = formulation.observe(time, y, false)?.inputs[..self.layout.inputs()].to_vec();
+            for row in evaluator.run(&inputs, formulation.sets())?.chunks_exact(3) {
+                let (rate, displaced, turned) = (row[0], row[1], row[2]);
+                let [speed, spin] = if displaced > 0.0 {
+                    [rate / displaced, rate / displaced / length]
+                } else {
+                    [length * rate / turned, rate / turned]
+                };
+                for (known, size) in self.driven.iter_mut().zip([speed, spin]) {
+                    *known = known.max(if size.is_finite() { ROUND_OFF * size } else { 0.0 });
+                }
+            }
+        }
+        formulation.forget_since(&traces);
+        Ok(())
+    }
+
     /// What no error of a velocity, m/s, and of an angular one, rad/s, has to be below in the step under way.
     pub(super) fn of_speeds(&self) -> [f64; 2] {
-        self.at_rest.map(|rate| rate * self.h)
+        [0, 1].map(|k| self.driven[k].max(self.at_rest[k] * self.h))
     }
 
     fn find(&mut self, formulation: &mut dyn Formulation, scales: &Scales) -> Result<(), AnalysisError> {

@@ -6,6 +6,7 @@ use crate::analysis::{AnalysisError, Group, Imbalance};
 use crate::integrate::{Accepted, Entries, Failure, Flow, Guards, IntegrateError, Price, System, Watched};
 use crate::interval::Range;
 use crate::linalg::LinalgError;
+use crate::program::Equations;
 
 /// The error test controls the ends of steps; results interpolated inside are about this much less accurate (seen: 2 to 27
 /// times), and it is results that a tolerance is about.
@@ -38,6 +39,20 @@ impl Simulation<'_> {
     pub(super) fn speeds(&self) -> [f64; 2] {
         let [slow, calm] = self.floor.of_speeds().map(|least| least / self.allowed());
         [self.scales.speed_scale().max(slow), self.scales.spin_scale().max(calm)]
+    }
+
+    /// Takes differences of velocities for round-off where they are no more than that of the functions of time that drive a scene which
+    /// they determine ([`super::floor::Floor::drive`]), from the state at the start `t` on for `duration`.
+    ///
+    /// # Errors
+    /// See [`AnalysisError`].
+    pub(in crate::session) fn anticipate_drives(
+        &mut self,
+        equations: &Equations,
+        start: (f64, &[f64]),
+        duration: f64,
+    ) -> Result<(), AnalysisError> {
+        self.floor.drive(equations, start, (duration, self.scales.length), self.formulation.as_mut())
     }
 
     /// The largest entry of a difference of states, as a share of the size of its group; for the state of an element of its own
