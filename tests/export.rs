@@ -2,8 +2,10 @@
 //! the method; what is refused.
 
 mod derivatives;
+mod exchange;
 mod fmus;
 mod harness;
+mod jumps;
 mod parameters;
 mod refused;
 mod sampled;

@@ -19,7 +19,7 @@ const PYTHON: &str = "ODYN_FMPY";
 /// Steps that are compared.
 const STEPS: usize = 40;
 
-fn python() -> Option<String> {
+pub fn python() -> Option<String> {
     let python = std::env::var(PYTHON).unwrap_or_else(|_| "python3".into());
     let there = Command::new(&python).args(["-c", "import fmpy"]).output().is_ok_and(|output| output.status.success());
     if !there {
@@ -53,7 +53,7 @@ fn table_of(mut twin: Twin) -> String {
 }
 
 /// Writes an FMU with the binary of this machine; `false` where there is no compiler.
-fn written(machine: &Machine, version: Version, kinds: Kinds, folder: &Path, file: &Path) -> bool {
+pub fn written(machine: &Machine, version: Version, kinds: Kinds, folder: &Path, file: &Path) -> bool {
     let fmu = Fmu::new(machine, version, kinds).unwrap_or_else(|error| panic!("{}", error.message));
     let Some(binary) = build(&fmu, &TARGETS[0], folder).unwrap() else { return false };
     fs::write(file, fmu.archive(&[binary]).unwrap()).unwrap();

@@ -217,6 +217,7 @@ impl Twin {
     ) -> Result<(), Failed> {
         let (method, t, n) = (self.machine.method, self.time(), y.len());
         linear.factor(h, implicit.gamma)?;
+        self.last.clone_from(&self.first);
         let mut slopes = vec![vec![0.0; n]; method.b.len()];
         let mut stage = vec![0.0; n];
         let summed = |weights: &[f64], slopes: &[Vec<f64>], i: usize| {
@@ -232,6 +233,7 @@ impl Twin {
             }
             let mut found = vec![0.0; n];
             self.rates(t + method.c[s] * h, &stage, &mut found)?;
+            self.reach(t + method.c[s] * h, &stage);
             for (i, found) in found.iter_mut().enumerate() {
                 *found += summed(implicit.coupling[s], &slopes, i) / h + implicit.times[s] * h * linear.by_time[i];
             }

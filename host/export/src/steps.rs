@@ -4,7 +4,7 @@
 use crate::analysis::Group;
 use crate::machine::Machine;
 use crate::sampled::EARLY;
-use crate::twin::{Failed, TRIALS, Twin, at_most};
+use crate::twin::{Failed, TRIALS, Twin, WIDTH, at_most};
 
 /// The most trials to get over a stretch of time by steps of variable size.
 pub(crate) const MOST_TRIALS: usize = 1_000_000;
@@ -122,7 +122,7 @@ impl Twin {
         let mut trials = 0;
         let is_controlled = self.machine.tolerance.is_some();
         loop {
-            let before = self.state.clone();
+            let start = self.state.clone();
             let mut taken = left;
             if is_controlled {
                 taken = self.next_size(left);
@@ -132,8 +132,11 @@ impl Twin {
                 }
             }
             self.linearise();
-            let mut next = vec![0.0; before.len()];
-            let advanced = self.advance(&before, taken, &mut next);
+            if self.switches.is_some() {
+                self.first = self.switches(self.time[0], &start);
+            }
+            let mut next = vec![0.0; start.len()];
+            let advanced = self.advance(&start, taken, &mut next);
             match is_controlled {
                 true => {
                     if let Judged::Again = self.judged(advanced, taken, &next)? {
@@ -142,20 +145,27 @@ impl Twin {
                 }
                 false => advanced?,
             }
-            if self.switches.is_some() {
-                let first = self.switches(self.time[0], &before);
-                let last = self.switches(self.time[0] + taken, &next);
-                if changed(&first, &last) {
-                    if splits < self.machine.located {
-                        taken = self.locate(&before, &first, &last, taken, &mut next)?;
-                        splits += 1;
-                        self.located += 1;
-                    } else {
-                        self.passed += 1;
+            if self.has_switched(self.time[0] + taken, &next) {
+                if splits < self.machine.located {
+                    let [before, across] = self.locate(&start, taken, &mut next)?;
+                    if before > 0.0 {
+                        self.accept(before, &next)?;
+                        left -= before;
                     }
-                } else if is_controlled {
-                    splits = 0;
+                    // From there over the switch, by so little that it does not matter which of the stages lie behind it.
+                    let across = 2.0 * across + WIDTH[0] * taken;
+                    taken = if across < left { across } else { left };
+                    self.linearise();
+                    let start = self.state.clone();
+                    self.first = self.switches(self.time[0], &start);
+                    self.advance(&start, taken, &mut next)?;
+                    splits += 1;
+                    self.located += 1;
+                } else {
+                    self.passed += 1;
                 }
+            } else if is_controlled {
+                splits = 0;
             }
             self.accept(taken, &next)?;
             if is_controlled {
@@ -246,61 +256,61 @@ impl Twin {
         self.control.rejected
     }
 
-    /// The shortest step known to end behind a switch, by false position with weights (the Illinois algorithm), a fixed number of
-    /// trials.
-    fn locate(&mut self, y: &[f64], first: &[f64], last: &[f64], whole: f64, next: &mut [f64]) -> Result<f64, Failed> {
-        let (mut a, mut b) = (0.0, whole);
-        let (mut low, mut high) = (first.to_vec(), last.to_vec());
-        let (mut weight_low, mut weight_high) = (1.0, 1.0);
-        let mut side = 0;
+    /// Whether something switched in the step that was made last, at its end or in a stage.
+    fn has_switched(&mut self, t: f64, y: &[f64]) -> bool {
+        self.reach(t, y);
+        self.first.iter().zip(&self.last).any(|(a, b)| (*a < 0.0) != (*b < 0.0))
+    }
+
+    /// The longest step known to lie before a switch, and its end in `next`; and what is left of the shortest that is known not to, by a
+    /// fixed number of trials. What lies behind a switch may be far from what the equations before it give, so that places are
+    /// extrapolated from before it as soon as two are known there; until then by false position with weights (the Illinois algorithm).
+    fn locate(&mut self, y: &[f64], whole: f64, next: &mut [f64]) -> Result<[f64; 2], Failed> {
+        let (mut a, mut b, mut earlier, mut weight) = (0.0, whole, 0.0, 1.0);
+        let first = self.first.clone();
+        let (mut lower, mut low, mut high) = (first.clone(), first.clone(), self.last.clone());
+        let mut known = 1;
         let mut trial = vec![0.0; y.len()];
         for _ in 0..TRIALS {
             let mut share = 2.0;
             for k in 0..low.len() {
                 if (first[k] < 0.0) != (high[k] < 0.0) {
-                    let (u, v) = (weight_low * low[k], weight_high * high[k]);
-                    let root = u / (u - v);
+                    let (u, v) = if known > 1 {
+                        (low[k] * (a - earlier), (lower[k] - low[k]) * (b - a))
+                    } else {
+                        (weight * low[k], weight * low[k] - high[k])
+                    };
+                    let root = u / v;
                     if root > 0.0 && root < share {
                         share = root;
                     }
                 }
             }
             // Functions that jump, or are zero on one side, tell no place.
-            if share > 1.0 {
+            if share > 1.001 {
                 share = 0.5;
             }
             share = share.clamp(1e-3, 0.999);
             let x = a + (b - a) * share;
             self.advance(y, x, &mut trial)?;
-            let found = self.switches(self.time[0] + x, &trial);
-            if changed(first, &found) {
+            if self.has_switched(self.time[0] + x, &trial) {
                 b = x;
-                high = found;
-                next.copy_from_slice(&trial);
-                weight_high = 1.0;
-                if side == 1 {
-                    weight_low *= 0.5;
-                }
-                side = 1;
+                high.clone_from(&self.last);
+                weight *= 0.5;
             } else {
+                earlier = a;
                 a = x;
-                low = found;
-                weight_low = 1.0;
-                if side == -1 {
-                    weight_high *= 0.5;
-                }
-                side = -1;
+                lower.clone_from(&low);
+                low.clone_from(&self.last);
+                next.copy_from_slice(&trial);
+                known += 1;
             }
         }
-        Ok(b)
+        Ok([a, b - a])
     }
 }
 
 /// Whether a number is smaller than another; what is not a number never is.
 fn below(a: f64, b: f64) -> bool {
     a < b
-}
-
-fn changed(first: &[f64], last: &[f64]) -> bool {
-    first.iter().zip(last).any(|(a, b)| (*a < 0.0) != (*b < 0.0))
 }

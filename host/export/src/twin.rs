@@ -34,6 +34,8 @@ pub(crate) const CONTRADICTION: f64 = 1e-6;
 pub(crate) const OFF_CONSTRAINTS: f64 = 1e-9;
 /// Trials to locate a switch.
 pub(crate) const TRIALS: usize = 8;
+/// The least share of a step by which a switch is crossed, in numbers of 64 and of 32 bits.
+pub(crate) const WIDTH: [f64; 2] = [1e-9, 1e-4];
 /// An angle that has moved this far from its reference gets a new one, rad.
 pub(crate) const NEW_REFERENCE: f64 = 1.0;
 /// The most that a counted angle may turn in a step by its rate at the end, rad: less than half a turn.
@@ -97,6 +99,9 @@ pub struct Twin {
     /// Of an explicit method, stage by stage.
     pub(crate) slopes: Vec<Vec<f64>>,
     largest_kinetic: f64,
+    /// The functions of switches at the start of a step, and where they were furthest on the other side in it.
+    pub(crate) first: Vec<f64>,
+    pub(crate) last: Vec<f64>,
     /// Switches that were located.
     pub located: usize,
     /// Steps in which more switches fell than are located.
@@ -131,6 +136,8 @@ impl Twin {
             linear: Linear::of(&machine),
             slopes: vec![vec![0.0; machine.dim()]; machine.method.b.len()],
             largest_kinetic: 0.0,
+            first: Vec::new(),
+            last: Vec::new(),
             located: 0,
             passed: 0,
             parameters: machine.parameters.settable.iter().map(|parameter| parameter.port.start).collect(),
@@ -308,6 +315,7 @@ impl Twin {
         next: &mut [f64],
         slopes: &mut [Vec<f64>],
     ) -> Result<(), Failed> {
+        self.last.clone_from(&self.first);
         let (method, t, n) = (self.machine.method, self.time[0], y.len());
         let mut stage = vec![0.0; n];
         for s in 0..method.b.len() {
@@ -319,6 +327,7 @@ impl Twin {
                 stage[i] = y[i] + h * sum;
             }
             self.rates(t + method.c[s] * h, &stage, &mut slopes[s])?;
+            self.reach(t + method.c[s] * h, &stage);
         }
         for i in 0..n {
             let mut sum = 0.0;
@@ -328,6 +337,19 @@ impl Twin {
             next[i] = y[i] + h * sum;
         }
         self.project(t + h, next)
+    }
+
+    /// Takes the functions of a state where they are furthest on the other side.
+    pub(crate) fn reach(&mut self, t: f64, y: &[f64]) {
+        if self.switches.is_none() {
+            return;
+        }
+        let found = self.switches(t, y);
+        for ((first, last), value) in self.first.iter().zip(&mut self.last).zip(found) {
+            if if *first < 0.0 { !at_most(value, *last) } else { value < *last } {
+                *last = value;
+            }
+        }
     }
 
     pub(crate) fn switches(&mut self, t: f64, y: &[f64]) -> Vec<f64> {

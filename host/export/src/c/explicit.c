@@ -1,6 +1,9 @@
 /* One step of the method, brought to the constraints. */
 static int advance(@n@_machine *m, real t, const real *y, real h, real *next) {
     int s, i, j, status;
+#if SWITCHES > 0
+    memcpy(m->last, m->first, sizeof m->last);
+#endif
     for (s = 0; s < STAGES; ++s) {
         for (i = 0; i < @N@_STATES; ++i) {
             real sum = R(0.0);
@@ -13,6 +16,9 @@ static int advance(@n@_machine *m, real t, const real *y, real h, real *next) {
         if (status != @N@_OK) {
             return status;
         }
+#if SWITCHES > 0
+        reach(m, t + method_c[s] * h, m->stage);
+#endif
     }
     for (i = 0; i < @N@_STATES; ++i) {
         real sum = R(0.0);

@@ -99,6 +99,9 @@ pub(super) fn header(machine: &Machine, real: Real, source: &Source, head: &str)
          /* Lets the counted angles follow the state of m, after a step of another method than {name}_step. Gives the fastest of\n   \
          their rates, rad/s: steps that turn one by more than {upper}_MOST_TURN lose count. */\n\
          {name}_real {name}_follow({name}_machine *m);\n\n\
+         /* Whether the state of m is one that the equations can follow, after a step of another method: rows that followed from others at\n   \
+         the start still do, and nothing turns about an axis without moment of inertia. Gives a status. */\n\
+         int {name}_watch({name}_machine *m);\n\n\
          /* Functions that change their sign where equations switch, {upper}_SWITCHES of them. */\n\
          void {name}_switches({name}_machine *m, {name}_real *found);\n\n\
          {samples}{parameters}{derivatives}/* A status in words. */\nconst char *{name}_message(int status);\n\n\
@@ -157,6 +160,7 @@ fn memory(text: &mut String, machine: &Machine, source: &Source) {
         ("switches", switches),
         ("first", switches),
         ("last", switches),
+        ("lower", switches),
         ("low", switches),
         ("high", switches),
         ("watched", count(&machine.watched)),

@@ -109,7 +109,7 @@ fn cost(machine: &Machine, source: &Source, real: Real) -> Cost {
     } else {
         sums
     };
-    let advance = stages * of("motion") + sums + project;
+    let advance = stages * (of("motion") + of("switches")) + sums + project;
     let solved = machine.switches.as_ref().is_some_and(|found| found.solved);
     let look = of("switches") + if solved { of("motion") } else { 0 };
     let accepted = of("angles") + of("watched");
@@ -126,7 +126,8 @@ fn cost(machine: &Machine, source: &Source, real: Real) -> Cost {
     Cost {
         programs: source.operations.clone(),
         step: part,
-        most: parts * (part + located * (part + TRIALS * (advance + look))) + samples,
+        // A switch: up to it, over it, and what is left of the step.
+        most: parts * (part + located * (2 * part + TRIALS * (advance + look))) + samples,
         outputs,
         memory: memory_of(machine, source, real),
         stack: source.locals * real.size() + DEPTH * CALL,

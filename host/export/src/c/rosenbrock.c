@@ -78,6 +78,9 @@ static void solve(const @n@_machine *m, real *x) {
 static int advance(@n@_machine *m, real t, const real *y, real h, real *next) {
     int s, i, j;
     int status = factor(m, h);
+#if SWITCHES > 0
+    memcpy(m->last, m->first, sizeof m->last);
+#endif
     for (s = 0; s < STAGES && status == @N@_OK; ++s) {
         for (i = 0; i < @N@_STATES; ++i) {
             real sum = R(0.0);
@@ -87,6 +90,9 @@ static int advance(@n@_machine *m, real t, const real *y, real h, real *next) {
             m->stage[i] = y[i] + sum;
         }
         status = @n@_rates(m, t + method_c[s] * h, m->stage, m->slopes[s]);
+#if SWITCHES > 0
+        reach(m, t + method_c[s] * h, m->stage);
+#endif
         for (i = 0; i < @N@_STATES && status == @N@_OK; ++i) {
             real sum = R(0.0);
             for (j = 0; j < s; ++j) {

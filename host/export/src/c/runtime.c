@@ -106,10 +106,31 @@ int @n@_project(@n@_machine *m, @n@_real t, @n@_real *y) {
 
 @sampled@
 
+#if SWITCHES > 0
+/* Takes the functions of a state y for which the motion was found last where they are furthest on the other side. */
+static void reach(@n@_machine *m, real t, const real *y) {
+    int k;
+    run__switches(m, t, y);
+    for (k = 0; k < SWITCHES; ++k) {
+        if (m->first[k] < R(0.0) ? !(m->switches[k] <= m->last[k]) : m->switches[k] < m->last[k]) {
+            m->last[k] = m->switches[k];
+        }
+    }
+}
+
+static void look_at_switches(@n@_machine *m, real t, const real *y, real *found) {
+#if SWITCHES_ARE_SOLVED
+    run__motion(m, t, y);
+#endif
+    run__switches(m, t, y);
+    memcpy(found, m->switches, sizeof m->switches);
+}
+#endif
+
 @advance@
 
+int @n@_watch(@n@_machine *m) {
 #if OTHERS > 0
-static int watch(@n@_machine *m) {
     int i;
     run__watched(m, m->time, m->state);
     for (i = 0; i < ROWS_LEFT_OUT; ++i) {
@@ -128,9 +149,11 @@ static int watch(@n@_machine *m) {
         }
     }
 #endif
+#else
+    (void)m;
+#endif
     return @N@_OK;
 }
-#endif
 
 @n@_real @n@_follow(@n@_machine *m) {
 #if REFERENCES > 0
@@ -176,53 +199,47 @@ static int accept(@n@_machine *m, real h, const real *next) {
     if (!(@n@_follow(m) * h <= @N@_MOST_TURN)) {
         return @N@_TURNS_TOO_FAR;
     }
-#if OTHERS > 0
-    return watch(m);
-#else
-    return @N@_OK;
-#endif
+    return @n@_watch(m);
 }
 
 @control@
 
 #if SWITCHES > 0
-static void look_at_switches(@n@_machine *m, real t, const real *y, real *found) {
+/* Whether something switched in the step that was made last, at its end or in a stage. */
+static int has_switched(@n@_machine *m, real t, const real *y) {
+    int k, any = 0;
 #if SWITCHES_ARE_SOLVED
     run__motion(m, t, y);
 #endif
-    run__switches(m, t, y);
-    memcpy(found, m->switches, sizeof m->switches);
-}
-
-static int changed(const real *first, const real *last) {
-    int k, any = 0;
+    reach(m, t, y);
     for (k = 0; k < SWITCHES; ++k) {
-        any |= (first[k] < R(0.0)) != (last[k] < R(0.0));
+        any |= (m->first[k] < R(0.0)) != (m->last[k] < R(0.0));
     }
     return any;
 }
 
-/* The shortest step known to end behind a switch, by false position with weights (the Illinois algorithm). */
-static int locate(@n@_machine *m, real whole, real *taken) {
-    real a = R(0.0), b = whole;
-    real weight_low = R(1.0), weight_high = R(1.0);
-    int trial, k, status, side = 0;
+/* The longest step known to lie before a switch, and its end in m->next; what is left of the shortest that is known not to. What lies
+   behind a switch may be far from what the equations before it give, so that places are extrapolated from before it as soon as two are
+   known there; until then by false position with weights (the Illinois algorithm). */
+static int locate(@n@_machine *m, real whole, real *before, real *across) {
+    real a = R(0.0), b = whole, earlier = R(0.0), weight = R(1.0);
+    int trial, k, status, known = 1;
     memcpy(m->low, m->first, sizeof m->low);
     memcpy(m->high, m->last, sizeof m->high);
     for (trial = 0; trial < TRIALS; ++trial) {
         real share = R(2.0), x;
         for (k = 0; k < SWITCHES; ++k) {
             if ((m->first[k] < R(0.0)) != (m->high[k] < R(0.0))) {
-                const real u = weight_low * m->low[k];
-                const real v = weight_high * m->high[k];
-                const real root = u / (u - v);
+                const real u = known > 1 ? m->low[k] * (a - earlier) : weight * m->low[k];
+                const real v = known > 1 ? (m->lower[k] - m->low[k]) * (b - a) : weight * m->low[k] - m->high[k];
+                const real root = u / v;
                 if (root > R(0.0) && root < share) {
                     share = root;
                 }
             }
         }
         /* Functions that jump, or are zero on one side, tell no place. */
-        if (share > R(1.0)) {
+        if (share > R(1.001)) {
             share = R(0.5);
         }
         if (share < R(1e-3)) {
@@ -236,27 +253,21 @@ static int locate(@n@_machine *m, real whole, real *taken) {
         if (status != @N@_OK) {
             return status;
         }
-        look_at_switches(m, m->time + x, m->trial, m->last);
-        if (changed(m->first, m->last)) {
+        if (has_switched(m, m->time + x, m->trial)) {
             b = x;
             memcpy(m->high, m->last, sizeof m->high);
-            memcpy(m->next, m->trial, sizeof m->next);
-            weight_high = R(1.0);
-            if (side == 1) {
-                weight_low *= R(0.5);
-            }
-            side = 1;
+            weight *= R(0.5);
         } else {
+            earlier = a;
             a = x;
+            memcpy(m->lower, m->low, sizeof m->lower);
             memcpy(m->low, m->last, sizeof m->low);
-            weight_low = R(1.0);
-            if (side == -1) {
-                weight_high *= R(0.5);
-            }
-            side = -1;
+            memcpy(m->next, m->trial, sizeof m->next);
+            ++known;
         }
     }
-    *taken = b;
+    *before = a;
+    *across = b - a;
     return @N@_OK;
 }
 #endif
@@ -291,6 +302,9 @@ static int stretch(@n@_machine *m, real h) {
 #if IMPLICIT
         linearise(m);
 #endif
+#if SWITCHES > 0
+        look_at_switches(m, m->time, m->state, m->first);
+#endif
         status = advance(m, m->time, m->state, taken, m->next);
 #if ADAPTIVE
         status = judged(m, status, taken);
@@ -302,11 +316,25 @@ static int stretch(@n@_machine *m, real h) {
             return status;
         }
 #if SWITCHES > 0
-        look_at_switches(m, m->time, m->state, m->first);
-        look_at_switches(m, m->time + taken, m->next, m->last);
-        if (changed(m->first, m->last)) {
+        if (has_switched(m, m->time + taken, m->next)) {
             if (splits < LOCATED) {
-                status = locate(m, taken, &taken);
+                real before, across;
+                status = locate(m, taken, &before, &across);
+                if (status == @N@_OK && before > R(0.0)) {
+                    status = accept(m, before, m->next);
+                    left -= before;
+                }
+                if (status != @N@_OK) {
+                    return status;
+                }
+                /* From there over the switch, by so little that it does not matter which of the stages lie behind it. */
+                across = R(2.0) * across + WIDTH * taken;
+                taken = across < left ? across : left;
+#if IMPLICIT
+                linearise(m);
+#endif
+                look_at_switches(m, m->time, m->state, m->first);
+                status = advance(m, m->time, m->state, taken, m->next);
                 if (status != @N@_OK) {
                     return status;
                 }

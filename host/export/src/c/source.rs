@@ -12,7 +12,7 @@ use crate::plan::Measure;
 use crate::program::Program;
 use crate::sampled::{BEHIND, EARLY, Sampled};
 use crate::steps::{LEAST, MOST_TRIALS, Sizes};
-use crate::twin::{CONTRADICTION, OFF_CONSTRAINTS, TRIALS};
+use crate::twin::{CONTRADICTION, OFF_CONSTRAINTS, TRIALS, WIDTH};
 
 const DOUBLE: &str = include_str!("double.c");
 const FLOAT: &str = include_str!("float.c");
@@ -228,6 +228,7 @@ fn numbers(text: &mut String, machine: &Machine, real: Real, upper: &str) {
         ("CORRECTIONS", machine.corrections.to_string()),
         ("LOCATED", machine.located.to_string()),
         ("TRIALS", TRIALS.to_string()),
+        ("WIDTH", number(if real == Real::Double { WIDTH[0] } else { WIDTH[1] })),
         ("LENGTH", number(portable.length)),
         ("OFF_CONSTRAINTS", number(OFF_CONSTRAINTS)),
         // Of numbers with 7 digits fewer are left.

@@ -53,7 +53,7 @@ DECLARED(@fmi@Status, @fmi@SetContinuousStates, (void *c, const double states[],
     if (number != @N@_STATES) {
         return @fmi@Error;
     }
-    memcpy(it->now.machine.state, states, sizeof it->now.machine.state);
+    take_states(&it->now, states);
     changed(&it->now);
     return @fmi@OK;
 }
@@ -63,7 +63,7 @@ DECLARED(@fmi@Status, @fmi@GetContinuousStates, (void *c, double states[], size_
     if (number != @N@_STATES) {
         return @fmi@Error;
     }
-    memcpy(states, it->now.machine.state, sizeof it->now.machine.state);
+    give_states(&it->now, states);
     return @fmi@OK;
 }
 

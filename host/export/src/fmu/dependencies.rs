@@ -43,9 +43,7 @@ impl Dependencies {
         }
         for rotation in &coordinates.rotations {
             for k in 0..4 {
-                for other in (0..4).filter(|other| *other != k) {
-                    rates[rotation.position + k][rotation.position + other] = true;
-                }
+                (0..4).for_each(|other| rates[rotation.position + k][rotation.position + other] = true);
                 (0..3).for_each(|axis| rates[rotation.position + k][rotation.velocity + axis] = true);
             }
             for k in 0..3 {
@@ -88,7 +86,13 @@ fn found(machine: &Machine, program: &Program, motion: &[Known], memories: &[Kno
         let mut own = vec![false; all];
         if let Value::Input(slot) = *value {
             match machine.slot(slot as usize) {
-                Slot::State(entry) => own[entry] = true,
+                Slot::State(entry) => {
+                    own[entry] = true;
+                    // The direction of Euler parameters takes all four.
+                    let rotations = &machine.portable.coordinates.rotations;
+                    let four = rotations.iter().map(|rotation| rotation.position..rotation.position + 4);
+                    four.filter(|four| four.contains(&entry)).for_each(|four| own[four].fill(true));
+                }
                 Slot::Input(number) => own[n + number] = true,
                 Slot::Solved(number) if number < motion.len() => own.clone_from(&motion[number]),
                 Slot::Memory(number) if number < memories.len() => own.clone_from(&memories[number]),

@@ -26,8 +26,27 @@ static int direct(instance *it, unsigned reference, double seed) {
     return 0;
 }
 
-static void differentiate(instance *it) {
+/* Gives 0 where there are no rates. In model exchange nothing but the rates of Euler parameters depends on the length of these; their rates
+   are in proportion to it. */
+static int differentiate(instance *it) {
     double *outputs = NULL, *switches = NULL;
+#if ROTATIONS > 0
+    double along_length[ROTATIONS];
+    int r, k;
+    if (it->is_exchange) {
+        if (!find_rates(it)) {
+            return 0;
+        }
+        for (r = 0; r < ROTATIONS; ++r) {
+            const double *const p = it->now.machine.state + euler[r];
+            double *const seed = it->now.machine.seed + 1 + euler[r];
+            along_length[r] = p[0] * seed[0] + p[1] * seed[1] + p[2] * seed[2] + p[3] * seed[3];
+            for (k = 0; k < 4; ++k) {
+                seed[k] = (seed[k] - along_length[r] * p[k]) / it->now.length[r];
+            }
+        }
+    }
+#endif
 #if @N@_OUTPUTS > 0
     outputs = it->outputs_along;
 #endif
@@ -35,6 +54,15 @@ static void differentiate(instance *it) {
     switches = it->switches_along;
 #endif
     @n@_derivatives(&it->now.machine, it->rates_along, outputs, switches);
+#if ROTATIONS > 0
+    for (r = 0; r < ROTATIONS && it->is_exchange; ++r) {
+        for (k = 0; k < 4; ++k) {
+            double *const rate = it->rates_along + euler[r] + k;
+            *rate = it->now.length[r] * *rate + along_length[r] * it->now.rates[euler[r] + k];
+        }
+    }
+#endif
+    return 1;
 }
 
 /* The derivative of a variable along the direction; 0 where there is none. */
@@ -76,7 +104,9 @@ static int directional(instance *it, const unsigned *unknowns, size_t number, co
             return 0;
         }
     }
-    differentiate(it);
+    if (!differentiate(it)) {
+        return 0;
+    }
     for (k = 0; k < number; ++k) {
         if (!along(it, unknowns[k], found + k)) {
             return 0;

@@ -217,7 +217,9 @@ DECLARED(fmi3Status, fmi3GetAdjointDerivative, (fmi3Instance c, const fmi3ValueR
         if (!direct(it, knowns[k], 1.0)) {
             return fmi3Error;
         }
-        differentiate(it);
+        if (!differentiate(it)) {
+            return fmi3Error;
+        }
         for (j = 0; j < number; ++j) {
             double value;
             if (!along(it, unknowns[j], &value)) {
@@ -332,7 +334,7 @@ DECLARED(fmi3Status, fmi3GetContinuousStateDerivatives, (fmi3Instance c, fmi3Flo
     if (number != @N@_STATES || !find_rates(it)) {
         return fmi3Error;
     }
-    memcpy(rates, it->now.rates, sizeof it->now.rates);
+    give_rates(&it->now, rates);
     return fmi3OK;
 }
 

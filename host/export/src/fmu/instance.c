@@ -32,12 +32,22 @@
    state back to them. */
 #define DRIFT 1e-9
 
+/* What turns freely, and where its Euler parameters begin in the state. */
+#define ROTATIONS @rotations@
+#if ROTATIONS > 0
+static const unsigned euler[ROTATIONS] = {@euler@};
+#endif
+
 enum phase { MADE, INITIALISING, STEPPING, EVENT, CONTINUOUS, ENDED };
 
 /* What is kept of an instance, and saved and restored. */
 typedef struct {
     @n@_machine machine;
-    double rates[@N@_STATES];
+    double rates[@N@_STATES]; /* of the state of the machine */
+#if ROTATIONS > 0
+    /* Somebody else's method does not keep Euler parameters at the length 1; the machine has them normalised, and the lengths are here. */
+    double length[ROTATIONS];
+#endif
     double completed; /* when a step of somebody else's method ended last, s */
     double next_look; /* when something samples, or counted angles may have turned far, s */
     double looked; /* when counted angles were looked at last at an event, s */
@@ -69,8 +79,73 @@ enum kind { INFORMATION, WARNING, ERROR };
 
 static void say(const instance *it, enum kind kind, const char *format, ...);
 
+/* The state has Euler parameters of the length 1. */
+static void are_normal(content *now) {
+#if ROTATIONS > 0
+    int r;
+    for (r = 0; r < ROTATIONS; ++r) {
+        now->length[r] = 1.0;
+    }
+#else
+    UNUSED(now);
+#endif
+}
+
+/* By which factor a state, and its rate, are larger outside than in the machine. */
+static double scale(const content *now, unsigned state) {
+#if ROTATIONS > 0
+    int r;
+    for (r = 0; r < ROTATIONS; ++r) {
+        if (state - euler[r] < 4u) {
+            return now->length[r];
+        }
+    }
+#else
+    UNUSED(now);
+    UNUSED(state);
+#endif
+    return 1.0;
+}
+
+static void give_states(const content *now, double *states) {
+    unsigned k;
+    for (k = 0; k < @N@_STATES; ++k) {
+        states[k] = now->machine.state[k] * scale(now, k);
+    }
+}
+
+/* The rates of Euler parameters are linear in these. */
+static void give_rates(const content *now, double *rates) {
+    unsigned k;
+    for (k = 0; k < @N@_STATES; ++k) {
+        rates[k] = now->rates[k] * scale(now, k);
+    }
+}
+
+/* Takes a state of somebody else's method. */
+static void take_states(content *now, const double *states) {
+#if ROTATIONS > 0
+    int r, k;
+#endif
+    memcpy(now->machine.state, states, sizeof now->machine.state);
+    are_normal(now);
+#if ROTATIONS > 0
+    for (r = 0; r < ROTATIONS; ++r) {
+        double *const p = now->machine.state + euler[r];
+        const double length = sqrt(p[0] * p[0] + p[1] * p[1] + p[2] * p[2] + p[3] * p[3]);
+        if (length > 0.0 && length - length == 0.0) {
+            now->length[r] = length;
+            for (k = 0; k < 4; ++k) {
+                p[k] /= length;
+            }
+        }
+    }
+#endif
+}
+
 static void begin(content *now) {
     memset(now, 0, sizeof *now);
+    are_normal(now);
     @n@_start(&now->machine);
     now->stop = HUGE_VAL;
     now->are_outputs_due = 1;
@@ -121,14 +196,14 @@ static int get(instance *it, unsigned reference, double *value) {
     }
 #endif
     if (reference < FIRST_RATE) {
-        *value = now->machine.state[reference - FIRST_STATE];
+        *value = now->machine.state[reference - FIRST_STATE] * scale(now, reference - FIRST_STATE);
         return 1;
     }
     if (reference < FIRST_SWITCH) {
         if (!find_rates(it)) {
             return 0;
         }
-        *value = now->rates[reference - FIRST_RATE];
+        *value = now->rates[reference - FIRST_RATE] * scale(now, reference - FIRST_RATE);
         return 1;
     }
 #if @N@_SWITCHES > 0
@@ -208,6 +283,7 @@ static void set_time(instance *it, double time) {
 static int project(instance *it) {
     @n@_machine *m = &it->now.machine;
     const int status = @n@_project(m, m->time, m->state);
+    are_normal(&it->now);
     changed(&it->now);
     if (status != @N@_OK) {
         say(it, ERROR, "at %g s: %s", m->time, @n@_message(status));
@@ -309,8 +385,17 @@ static enum kind advance(instance *it, double from, double duration) {
     return INFORMATION;
 }
 
+/* Whether the equations can follow the state, once it is on the constraints. */
+static int is_possible(instance *it) {
+    const int status = @n@_watch(&it->now.machine);
+    if (status != @N@_OK) {
+        say(it, ERROR, "at %g s: %s", it->now.machine.time, @n@_message(status));
+    }
+    return status == @N@_OK;
+}
+
 /* After a step of somebody else's method: whether an event is needed, to bring the state to the constraints or to look at counted
-   angles sooner. Gives 0 where count was lost. */
+   angles sooner. Gives 0 where count was lost, or rows contradict each other. */
 static int completed(instance *it, int *is_event) {
     @n@_machine *m = &it->now.machine;
     const double rate = @n@_follow(m);
@@ -320,8 +405,12 @@ static int completed(instance *it, int *is_event) {
         return 0;
     }
     it->now.completed = m->time;
-    *is_event = @n@_violation(m) > DRIFT || rate * (it->now.next_look - m->time) > 1.5;
-    return 1;
+    if (@n@_violation(m) > DRIFT) {
+        *is_event = 1;
+        return 1;
+    }
+    *is_event = rate * (it->now.next_look - m->time) > 1.5;
+    return is_possible(it);
 }
 
 /* At an event: brings the state to the constraints where it is off, lets sample what is due, and finds when the next event is: a
@@ -343,7 +432,7 @@ static int settled(instance *it, int *is_moved) {
     }
 #endif
     *is_moved = @n@_violation(&now->machine) > DRIFT;
-    if (*is_moved && !project(it)) {
+    if ((*is_moved && !project(it)) || !is_possible(it)) {
         return 0;
     }
 #if @N@_CLOCKS > 0
@@ -382,43 +471,4 @@ static void discard(instance *it) {
         free(it->name);
         free(it);
     }
-}
-
-/* What begins the bytes of a saved state, so that those of another machine are refused. */
-static const char saved_tag[16] = "@tag@";
-#define SAVED_SIZE (sizeof saved_tag + sizeof(content))
-
-static int deserialise(instance *it, const void *bytes, size_t size, void **state) {
-    if (size != SAVED_SIZE || memcmp(bytes, saved_tag, sizeof saved_tag) != 0) {
-        say(it, ERROR, "the bytes are not a state of this machine");
-        return 0;
-    }
-    if (*state == NULL) {
-        *state = malloc(sizeof(content));
-    }
-    if (*state == NULL) {
-        return 0;
-    }
-    memcpy(*state, (const char *)bytes + sizeof saved_tag, sizeof(content));
-    return 1;
-}
-
-static int serialise(const void *state, void *bytes, size_t size) {
-    if (size < SAVED_SIZE) {
-        return 0;
-    }
-    memcpy(bytes, saved_tag, sizeof saved_tag);
-    memcpy((char *)bytes + sizeof saved_tag, state, sizeof(content));
-    return 1;
-}
-
-static int save(const instance *it, void **state) {
-    if (*state == NULL) {
-        *state = malloc(sizeof(content));
-    }
-    if (*state == NULL) {
-        return 0;
-    }
-    memcpy(*state, &it->now, sizeof(content));
-    return 1;
 }

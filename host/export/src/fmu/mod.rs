@@ -13,6 +13,7 @@ use crate::results::{Packing, zip};
 pub use build::{Binary, TARGETS, Target, build};
 
 const INSTANCE: &str = include_str!("instance.c");
+const SAVED: &str = include_str!("saved.c");
 const DERIVATIVES: &str = include_str!("derivatives.c");
 const FMI2: &str = include_str!("fmi2.c");
 const FMI3: &str = include_str!("fmi3.c");
@@ -65,12 +66,15 @@ impl Fmu {
         let own = |file: &(String, String)| [format!("{name}.h"), format!("{name}.c")].contains(&file.0);
         let mut sources: Vec<(String, String)> = c.files.into_iter().filter(own).collect();
         let (of_version, prefix) = if version == Version::Two { (FMI2, "fmi2") } else { (FMI3, "fmi3") };
-        let glue = format!("{INSTANCE}{DERIVATIVES}{of_version}{}", BOTH.replace("@fmi@", prefix));
+        let glue = format!("{INSTANCE}{SAVED}{DERIVATIVES}{of_version}{}", BOTH.replace("@fmi@", prefix));
         let guid = guid(&[&sources[0].1, &sources[1].1, &glue]);
         let tag: String = guid.chars().filter(char::is_ascii_hexdigit).take(15).collect();
         let tunable: Vec<String> =
             dependencies::tunable(machine).into_iter().map(|tunable| u8::from(tunable).to_string()).collect();
         let nominals: Vec<String> = machine.nominals().iter().map(|size| format!("{size:?}")).collect();
+        let rotations = &machine.portable.coordinates.rotations;
+        let euler: Vec<String> = rotations.iter().map(|rotation| rotation.position.to_string()).collect();
+        let (rotations, euler) = (euler.len().to_string(), euler.join(", "));
         let (tunable, nominals, upper) = (tunable.join(", "), nominals.join(", "), name.to_uppercase());
         let filled = [
             ("@n@", name.as_str()),
@@ -79,6 +83,8 @@ impl Fmu {
             ("@tag@", &tag),
             ("@tunable@", &tunable),
             ("@nominals@", &nominals),
+            ("@rotations@", &rotations),
+            ("@euler@", &euler),
         ];
         let glue = filled.iter().fold(glue.clone(), |text, (mark, value)| text.replace(mark, value));
         sources.push((format!("{name}_fmi.c"), glue));
