@@ -148,6 +148,68 @@ fn a_shaft_with_two_stiffnesses_is_unstable_between_its_critical_speeds() {
     }
 }
 
+/// Two masses on a rod that points to the centre of its orbit.
+const DUMBBELL: &str = r#"
+[plugins]
+libraries = ["joints", "forces"]
+[parameters]
+R = 7e6
+L = 50
+mu = 3.986e14
+inner = "R - L / 2"
+outer = "R + L / 2"
+n = "sqrt(mu * (1 / inner^2 + 1 / outer^2) / (2 * R))"
+[simulation]
+t_end = 10
+output_step = 1
+[[body]]
+name = "a"
+particle = true
+mass = 100
+position = ["inner", 0, 0]
+velocity = [0, "n * inner", 0]
+[[body]]
+name = "b"
+particle = true
+mass = 100
+position = ["outer", 0, 0]
+velocity = [0, "n * outer", 0]
+[[joint]]
+name = "rod"
+type = "distance-rod"
+bodies = ["a", "b"]
+points = [["inner", 0, 0], ["outer", 0, 0]]
+params.length = "L"
+[[force]]
+name = "pull of a"
+type = "point-gravity"
+bodies = ["ground", "a"]
+points = [[0, 0, 0], ["inner", 0, 0]]
+params = { gravitational_parameter = "mu", mass = 100 }
+[[force]]
+name = "pull of b"
+type = "point-gravity"
+bodies = ["ground", "b"]
+points = [[0, 0, 0], ["outer", 0, 0]]
+params = { gravitational_parameter = "mu", mass = 100 }
+"#;
+
+/// In axes that turn with its orbit a short dumbbell swings with sqrt(3) n in its plane and 2 n across (Kane, Likins & Levinson 1983,
+/// "Spacecraft Dynamics", ch. 3), and its centre, in and across the plane, with n.
+#[test]
+fn a_satellite_swings_about_its_orbit() {
+    let scratch = Scratch::new();
+    let (found, unsteadiness) = modes(&scratch.file("scene.toml", DUMBBELL), &[]);
+    assert_eq!((found.stability, unsteadiness, found.zeros), (Stability::Undecided, 0.0, 2));
+    let n = (3.986e14_f64 / 7e6_f64.powi(3)).sqrt();
+    assert!((found.turning[2] - n).abs() < 1e-9 * n, "{:?}", found.turning);
+    let found: Vec<f64> = found.modes.iter().map(|mode| mode.imaginary / n).collect();
+    assert_eq!(found.len(), 4);
+    for (found, expected) in found.iter().zip([1.0, 1.0, 3.0_f64.sqrt(), 2.0]) {
+        assert!((found - expected).abs() < 1e-6, "{found} {expected}");
+    }
+}
+
 /// A coin that rolls in a circle, as in the verification manual; about that motion, Euler's equations in axes that turn with its lean,
 /// linearised by themselves, have these eigenvalues beside zeros.
 #[test]
