@@ -181,13 +181,13 @@ bodies = ["a", "b"]
 points = [["inner", 0, 0], ["outer", 0, 0]]
 params.length = "L"
 [[force]]
-name = "pull of a"
+name = "on-a"
 type = "point-gravity"
 bodies = ["ground", "a"]
 points = [[0, 0, 0], ["inner", 0, 0]]
 params = { gravitational_parameter = "mu", mass = 100 }
 [[force]]
-name = "pull of b"
+name = "on-b"
 type = "point-gravity"
 bodies = ["ground", "b"]
 points = [[0, 0, 0], ["outer", 0, 0]]
