@@ -224,3 +224,58 @@ fn what_ties_nothing_that_moves_is_listed() {
     }
     run_text(&imported.scene, &[]);
 }
+
+/// An orientation that a shape gives stands in place of that of its class, whichever ways the two are given in.
+#[test]
+fn the_orientation_of_a_shape_counts_before_that_of_its_class() {
+    let ways = [
+        "quat=\"1 0.5 0.2 0.1\"",
+        "euler=\"20 30 40\"",
+        "zaxis=\"0.2 0.4 1\"",
+        "axisangle=\"1 2 3 50\"",
+        "xyaxes=\"1 0.2 0 -0.3 1 0.4\"",
+    ];
+    let scratch = Scratch::new();
+    let scene = |of_class: &str, own: &str| {
+        let file = format!(
+            "<mujoco><default><default class=\"a\"><geom {of_class}/></default></default><worldbody><body><joint/>\
+             <geom class=\"a\" type=\"box\" size=\"0.1 0.2 0.3\" {own}/></body></worldbody></mujoco>"
+        );
+        read(&scratch.file("turned.xml", file), scratch.path(), &Options::default()).unwrap().scene
+    };
+    for own in ways {
+        for of_class in ways {
+            assert_eq!(scene(of_class, own), scene("", own), "{of_class}, {own}");
+        }
+        assert_eq!(scene(own, ""), scene("", own), "{own}");
+    }
+}
+
+/// MuJoCo moves and turns a mesh by its `refpos` and `refquat` before it scales it.
+#[test]
+fn meshes_are_scaled_along_their_own_axes() {
+    let scratch = Scratch::new();
+    let brick = "v 0 0 0\nv 1 0 0\nv 1 2 0\nv 0 2 0\nv 0 0 3\nv 1 0 3\nv 1 2 3\nv 0 2 3\n\
+                 f 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
+    scratch.file("brick.obj", brick);
+    // The middle at (0.5, 1, 1.5); a quarter turn back about z takes (x, y) to (y, -x).
+    let expected = [
+        ("", [0.5, 1.0, 1.5]),
+        ("refpos=\"0.1 0.2 0.3\"", [0.4, 0.8, 1.2]),
+        ("scale=\"1 2 0.5\" refpos=\"0.1 0.2 0.3\"", [0.4, 1.6, 0.6]),
+        ("scale=\"2 2 2\" refpos=\"0.1 0.2 0.3\" refquat=\"1 0 0 1\"", [1.6, -0.8, 2.4]),
+        ("scale=\"1 2 0.5\" refpos=\"0.1 0.2 0.3\" refquat=\"1 0 0 1\"", [0.8, -0.8, 0.6]),
+        ("scale=\"-1 2 0.5\" refquat=\"1 0 0 1\"", [-1.0, -1.0, 0.75]),
+    ];
+    for (how, middle) in expected {
+        let file = format!(
+            "<mujoco><asset><mesh name=\"m\" file=\"brick.obj\" {how}/></asset><worldbody><body><joint/>\
+             <geom type=\"mesh\" mesh=\"m\"/></body></worldbody></mujoco>"
+        );
+        let scene = read(&scratch.file("brick.xml", file), scratch.path(), &Options::default()).unwrap().scene;
+        let com = scene.lines().find_map(|line| line.strip_prefix("com = [")).unwrap().trim_end_matches(']');
+        let com: Vec<f64> = com.split(", ").map(|number| number.parse().unwrap()).collect();
+        let off = com.iter().zip(middle).map(|(found, exact)| (found - exact).abs()).fold(0.0, f64::max);
+        assert!(off < 1e-12, "{how}: {com:?}");
+    }
+}

@@ -244,9 +244,9 @@ pub(crate) enum Form {
     Cylinder(f64, f64),
     /// Radius, length without the caps.
     Capsule(f64, f64),
-    /// A file, and a factor for its numbers along each axis.
+    /// A file, and what takes its numbers to lengths: factors along each axis, or along axes that are turned against those of the file.
     Mesh {
         path: PathBuf,
-        scale: Vector3<f64>,
+        scale: Matrix3<f64>,
     },
 }

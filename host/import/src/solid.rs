@@ -51,17 +51,17 @@ fn of_form(form: &Form, density: f64) -> Result<Solid, String> {
 }
 
 /// The corners of each triangle of a mesh.
-fn triangles<'m>(mesh: &'m Mesh, scale: &'m Vector3<f64>) -> impl Iterator<Item = [Vector3<f64>; 3]> + Clone + 'm {
-    let corner = |number: u32| {
+fn triangles<'m>(mesh: &'m Mesh, scale: &'m Matrix3<f64>) -> impl Iterator<Item = [Vector3<f64>; 3]> + Clone + 'm {
+    let corner = move |number: u32| {
         let at = 3 * number as usize;
         let of = |k: usize| mesh.vertices.get(at + k).map_or(0.0, |x| f64::from(*x));
-        Vector3::new(of(0), of(1), of(2)).component_mul(scale)
+        scale * Vector3::new(of(0), of(1), of(2))
     };
     mesh.triangles.chunks_exact(3).map(move |triangle| [corner(triangle[0]), corner(triangle[1]), corner(triangle[2])])
 }
 
 /// Whether some of the surface of a mesh shows its back to the middle of the surface.
-pub(crate) fn hides_from_its_middle(mesh: &Mesh, scale: &Vector3<f64>) -> bool {
+pub(crate) fn hides_from_its_middle(mesh: &Mesh, scale: &Matrix3<f64>) -> bool {
     let all = triangles(mesh, scale);
     let (mut area, mut middle) = (0.0, Vector3::zeros());
     for [a, b, c] in all.clone() {
@@ -80,7 +80,7 @@ pub(crate) fn hides_from_its_middle(mesh: &Mesh, scale: &Vector3<f64>) -> bool {
 ///
 /// # Errors
 /// In words, where they enclose none.
-pub(crate) fn of_mesh(mesh: &Mesh, scale: &Vector3<f64>, density: f64) -> Result<Solid, String> {
+pub(crate) fn of_mesh(mesh: &Mesh, scale: &Matrix3<f64>, density: f64) -> Result<Solid, String> {
     let (mut volume, mut first, mut second, mut size) = (0.0, Vector3::zeros(), Matrix3::zeros(), 0.0_f64);
     for corners in triangles(mesh, scale) {
         let six = corners[0].dot(&corners[1].cross(&corners[2]));
@@ -92,7 +92,7 @@ pub(crate) fn of_mesh(mesh: &Mesh, scale: &Vector3<f64>, density: f64) -> Result
         size = corners.iter().fold(size, |size, c| size.max(c.amax()));
     }
     // A mirrored mesh encloses it inside out.
-    let side = if scale.product() < 0.0 { -1.0 } else { 1.0 };
+    let side = if scale.determinant() < 0.0 { -1.0 } else { 1.0 };
     let (volume, first, second) = (volume * side, first * side, second * side);
     if volume <= 1e-9 * size.powi(3) {
         return Err("its triangles do not enclose a volume".into());

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Matrix3, Translation3, UnitQuaternion, Vector3};
 
 use crate::mechanism::{Form, Shape, Solid};
 use crate::solid::of_shape;
@@ -31,12 +31,15 @@ fn a_mesh_weighs_what_its_shape_does() {
     std::fs::write(&file, BOX).unwrap();
     let pose =
         Isometry3::from_parts(Translation3::new(0.3, -1.0, 2.0), UnitQuaternion::from_euler_angles(0.3, 0.5, -1.2));
-    let mesh = solid(Form::Mesh { path: file.clone(), scale: Vector3::new(0.5, 0.25, 0.1) }, pose);
+    let mesh =
+        solid(Form::Mesh { path: file.clone(), scale: Matrix3::from_diagonal(&Vector3::new(0.5, 0.25, 0.1)) }, pose);
     let middle = pose * Translation3::new(0.25, 0.25, 0.15);
     assert_same(&mesh, &solid(Form::Box(Vector3::new(0.5, 0.5, 0.3)), middle), 1e-12);
     // Mirrored it is inside out, and weighs the same.
-    let mirrored =
-        solid(Form::Mesh { path: file.clone(), scale: Vector3::new(-0.5, 0.25, 0.1) }, Isometry3::identity());
+    let mirrored = solid(
+        Form::Mesh { path: file.clone(), scale: Matrix3::from_diagonal(&Vector3::new(-0.5, 0.25, 0.1)) },
+        Isometry3::identity(),
+    );
     let beside = Isometry3::translation(-0.25, 0.25, 0.15);
     assert_same(&mirrored, &solid(Form::Box(Vector3::new(0.5, 0.5, 0.3)), beside), 1e-12);
     std::fs::remove_dir_all(&folder).unwrap();

@@ -247,7 +247,7 @@ impl Reader<'_> {
             "mesh" => {
                 let file = self.found.needed(geometry, "filename")?;
                 let scale = self.found.list::<3>(geometry.attribute_node("scale")).unwrap_or([1.0; 3]);
-                Form::Mesh { path: self.mesh_file(file), scale: Vector3::from(scale) }
+                Form::Mesh { path: self.mesh_file(file), scale: Matrix3::from_diagonal(&Vector3::from(scale)) }
             }
             other => {
                 self.left_out.push(format!("a shape <{other}> of {}", node.parent().map(called).unwrap_or_default()));

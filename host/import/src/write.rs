@@ -214,9 +214,13 @@ impl Writer<'_> {
             Form::Mesh { path, scale } => {
                 let file = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
                 let units = [(1.0, "m"), (0.1, "dm"), (0.01, "cm"), (0.001, "mm"), (1e-6, "um"), (0.0254, "in")];
-                let unit = units.into_iter().find(|(factor, _)| scale.iter().all(|s| (s / factor - 1.0).abs() < 1e-9));
+                let is_unit = |factor: f64| (scale / factor - Matrix3::identity()).amax() < 1e-9;
+                let unit = units.into_iter().find(|(factor, _)| is_unit(*factor));
                 let Some((_, unit)) = unit else {
-                    self.left_out.push(format!("mesh `{file}`: its scale {} is that of no unit", list(scale)));
+                    let is_turned = Matrix3::from_diagonal(&scale.diagonal()) != *scale;
+                    let factors =
+                        if is_turned { Vector3::from_fn(|k, _| scale.row(k).norm()) } else { scale.diagonal() };
+                    self.left_out.push(format!("mesh `{file}`: its scale {} is that of no unit", list(&factors)));
                     return None;
                 };
                 if let Err(reason) = Mesh::read(path, 1.0) {

@@ -43,6 +43,12 @@ impl<'a, 'i> Of<'a, 'i> {
     pub(super) fn text(&self, name: &str) -> Option<&'a str> {
         self.get(name).map(|attribute| attribute.value())
     }
+
+    /// The element, or the nearest class, that has one of some attributes, by itself: of several ways to say one thing it says which.
+    pub(super) fn nearest(&self, names: &[&str]) -> Option<Self> {
+        let has_one = |node: &&Node<'a, 'i>| names.iter().any(|name| node.has_attribute(*name));
+        self.nodes.iter().find(has_one).map(|node| Self::alone(*node))
+    }
 }
 
 impl<'a, 'i: 'a> Classes<'a, 'i> {

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::path::PathBuf;
 
-use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Matrix3, Translation3, Unit, UnitQuaternion, Vector3};
 use odyn_run::results::Mesh;
 use roxmltree::Node;
 
@@ -18,9 +18,9 @@ use crate::xml::{Found, children, head};
 /// A mesh of `<asset>`.
 pub(super) struct MeshFile {
     path: PathBuf,
-    scale: Vector3<f64>,
-    /// The frame of the mesh in that of its file.
-    reference: Isometry3<f64>,
+    scale: Matrix3<f64>,
+    /// Where the numbers of the file stand in the frame of the mesh, once they are scaled.
+    place: Isometry3<f64>,
     /// How MuJoCo computes its mass.
     inertia: String,
 }
@@ -45,9 +45,17 @@ pub(super) fn meshes<'a, 'i: 'a>(
         let turn = found.list(of.get("refquat")).map_or(UnitQuaternion::identity(), |[w, x, y, z]| {
             UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(w, x, y, z))
         });
-        let reference = Isometry3::from_parts(Translation3::from(at), turn);
+        // MuJoCo scales along the axes of the mesh, about its origin: what is at v in the file comes to S R^T (v - p).
+        let place = Translation3::from(-scale.component_mul(&(turn.inverse() * at)));
+        let is_alike = scale.iter().all(|factor| *factor == scale.x);
+        let (scale, place) = if is_alike {
+            (Matrix3::from_diagonal(&scale), place * turn.inverse())
+        } else {
+            let turned = Matrix3::from_diagonal(&scale) * turn.inverse().to_rotation_matrix().matrix();
+            (turned, place * UnitQuaternion::identity())
+        };
         let inertia = of.text("inertia").unwrap_or("legacy").to_owned();
-        meshes.insert(name, MeshFile { path, scale, reference, inertia });
+        meshes.insert(name, MeshFile { path, scale, place, inertia });
     }
     meshes
 }
@@ -133,7 +141,7 @@ impl<'a, 'i: 'a> Reader<'_, 'a, 'i> {
     }
 
     /// Reports a mesh whose mass MuJoCo does not take from the volume that it encloses, as is done here.
-    fn mass_of_mesh(&mut self, of: &Of<'a, 'i>, file: &Mesh, scale: &Vector3<f64>) {
+    fn mass_of_mesh(&mut self, of: &Of<'a, 'i>, file: &Mesh, scale: &Matrix3<f64>) {
         let name = of.text("mesh").unwrap_or_default();
         let inertia = self.meshes.get(name).map_or("exact", |mesh| mesh.inertia.as_str());
         let said = match inertia {
@@ -174,7 +182,7 @@ impl<'a, 'i: 'a> Reader<'_, 'a, 'i> {
                 return None;
             };
             let form = Form::Mesh { path: mesh.path.clone(), scale: mesh.scale };
-            return Some((form, pose * mesh.reference.inverse()));
+            return Some((form, pose * mesh.place));
         }
         if let Some(name) = of.text("mesh") {
             self.left_out(format!("a {kind} that MuJoCo fits to mesh `{name}` (`mj_saveLastXML` writes its size)"));

@@ -20,6 +20,9 @@ use crate::xml::{Found, child, children, head};
 use compiler::Compiler;
 use defaults::{Classes, Of};
 
+/// The ways to give an orientation; an element has one of them, which counts in place of that of its class.
+const TURNS: [&str; 5] = ["quat", "axisangle", "xyaxes", "zaxis", "euler"];
+
 /// Gravity where a file has none, m/s^2.
 const GRAVITY: f64 = -9.81;
 
@@ -323,6 +326,7 @@ impl<'a, 'i: 'a> Reader<'_, 'a, 'i> {
     }
 
     fn turn(&mut self, of: &Of<'a, 'i>) -> UnitQuaternion<f64> {
+        let Some(of) = of.nearest(&TURNS) else { return UnitQuaternion::identity() };
         if let Some([w, x, y, z]) = self.found.list(of.get("quat")) {
             return UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(w, x, y, z));
         }
