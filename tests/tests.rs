@@ -85,6 +85,7 @@ mod analyses;
 mod authors;
 mod benchmarks;
 mod book;
+mod bouncing;
 mod broken_scenes;
 mod c_plugin;
 mod checkpoints;

@@ -333,13 +333,7 @@ impl Meeting {
                 Bound::Known(limit) => {
                     own.iter().zip(one.direction).for_each(|(row, direction)| p[*row] = -limit * direction);
                 }
-                Bound::Share(share, contact) => {
-                    let normal = rows.iter().position(|row| *row == self.first[contact]);
-                    for (i, j) in (0..rows.len()).filter_map(|i| Some((i, normal?))) {
-                        let drag = dot(own, one.direction, |row| self.delassus[(rows[i], row)]);
-                        matrix[(i, j)] -= share * drag;
-                    }
-                }
+                Bound::Share(share, contact) => self.drag(&mut matrix, &rows, contact, (own, share, one.direction)),
             }
         }
         let known = &self.delassus * &p + b;
@@ -353,6 +347,21 @@ impl Meeting {
             }
         }
         p
+    }
+
+    /// Adds to a block of Delassus' matrix, of some rows, that what acts along the row of a contact brings friction with it, along rows
+    /// that slide in a direction: a share of it, against that.
+    pub(super) fn drag(
+        &self,
+        matrix: &mut DMatrix<f64>,
+        rows: &[usize],
+        contact: usize,
+        (own, share, direction): (&[usize], f64, [f64; 2]),
+    ) {
+        let Some(normal) = rows.iter().position(|row| *row == self.first[contact]) else { return };
+        for (i, at) in rows.iter().enumerate() {
+            matrix[(i, normal)] -= share * dot(own, direction, |row| self.delassus[(*at, row)]);
+        }
     }
 
     /// The impulses of an impact of some contacts together, and what was decided for its compression; `unit` is the speed that is none.

@@ -9,7 +9,8 @@
 use nalgebra::DVector;
 
 use super::decision::Decision;
-use super::{Holder, Meeting, NO_SPEED, Pattern, as_fast};
+use super::smallest::block;
+use super::{Grip, Holder, Meeting, NO_SPEED, Pattern, as_fast};
 
 /// Impacts one after the other at one instant.
 const MOST_STRIKES: usize = 2000;
@@ -93,8 +94,7 @@ impl Meeting {
                 continue;
             }
             let mean = |row: usize| impulses[row] * 0.5 * (before[row] + self.rates[row]);
-            // Round-off neither takes nor gives.
-            let lost = (0.0 - rows.iter().map(|row| mean(*row)).sum::<f64>()).max(0.0);
+            let lost = 0.0 - rows.iter().map(|row| mean(*row)).sum::<f64>();
             let work = |row: &usize| mean(*row) + impulses[*row] * (self.driven[*row] - self.times[*row]);
             self.work += rows.iter().map(work).sum::<f64>();
             let normal = rows[0];
@@ -103,11 +103,12 @@ impl Meeting {
                 Some(strike) => {
                     strike.rates[1] = self.rates[normal];
                     strike.impulse += impulses[normal];
-                    strike.lost += lost;
+                    // Round-off neither takes nor gives.
+                    strike.lost = (strike.lost + lost).max(0.0);
                 }
                 None => {
                     let rates = [before[normal], self.rates[normal]];
-                    self.strikes.push(Strike { contact, rates, impulse: impulses[normal], lost });
+                    self.strikes.push(Strike { contact, rates, impulse: impulses[normal], lost: lost.max(0.0) });
                 }
             }
         }
@@ -140,15 +141,32 @@ impl Meeting {
     }
 
     /// Ends the motion of closed contacts and of what sticks, and what there may be of contacts that only touch: where rows have these
-    /// accelerations while all contacts are open, and speeds and accelerations are of these sizes.
+    /// accelerations while all contacts are open, and speeds and accelerations are of these sizes. What slides takes the friction of these
+    /// impulses, also of one that pulls. It stands for the bouncing that is left out, which gives that much less than the impulse before
+    /// and the weight: all in all as much friction as normal impulse.
     pub fn come_to_rest(&mut self, pattern: &Pattern, of_rows: &DVector<f64>, sizes: [f64; 2]) {
         let mut rows: Vec<usize> = pattern.closed.iter().flat_map(|k| self.first[*k]..self.first[k + 1]).collect();
         rows.extend(self.silent(pattern, of_rows, sizes).into_iter().map(|k| self.first[k]));
         let sticking = self.grips.iter().filter(|grip| pattern.sticking.contains(&grip.number));
         rows.extend(sticking.flat_map(|grip| grip.rows.iter().copied()));
-        let found = self.stopping(&rows, &self.rates);
+        let slides = |grip: &&Grip| pattern.sliding.iter().any(|(number, _)| *number == grip.number);
+        let sliding = self.grips.iter().filter(slides).filter_map(|grip| {
+            let contact = grip.contact.filter(|contact| pattern.closed.contains(contact))?;
+            Some((grip, contact, self.moving(grip, sizes[0])?))
+        });
+        let sliding: Vec<(&Grip, usize, [f64; 2])> = sliding.collect();
+        let mut matrix = block(&self.delassus, &rows);
+        for (grip, contact, direction) in &sliding {
+            self.drag(&mut matrix, &rows, *contact, (&grip.rows, grip.limit, *direction));
+        }
+        let found = self.solve(&rows, &matrix, DVector::from_fn(rows.len(), |i, _| -self.rates[rows[i]]));
         let mut impulses = DVector::zeros(self.rows.len());
         rows.iter().zip(found.iter()).for_each(|(row, value)| impulses[*row] = *value);
+        for (grip, contact, direction) in sliding {
+            let pressing = impulses[self.first[contact]];
+            let own = grip.rows.iter().zip(direction);
+            own.for_each(|(row, direction)| impulses[*row] = -grip.limit * pressing * direction);
+        }
         self.push(impulses);
     }
 
