@@ -235,6 +235,26 @@ fn what_no_actuator_moves_is_named() {
     assert!(message.contains("cannot be reached"), "{message}");
 }
 
+/// A wheel that turns a hundred million times as fast as what is prescribed, as what a prescribed motion hardly determines does.
+#[test]
+fn a_motion_that_cannot_be_followed_to_its_end_is_refused() {
+    let wheel = |name: &str| {
+        format!(
+            "[[body]]\nname = \"{name}\"\nmass = 1\ninertia = [1, 1, 1]\n[[joint]]\nname = \"{name}_hub\"\ntype = \"revolute\"\n"
+        ) + &format!("bodies = [\"ground\", \"{name}\"]\npoint = [0, 0, 0]\naxis = [0, 0, 1]\n")
+    };
+    let text = "[plugins]\nlibraries = [\"joints\"]\n[simulation]\nt_end = 1\noutput_step = 1\n".to_owned()
+        + &wheel("slow")
+        + &wheel("fast")
+        + "[[joint]]\nname = \"gear\"\ntype = \"coupler\"\nbodies = [\"ground\", \"slow\", \"ground\", \"fast\"]\npoint = [0, 0, 0]\n"
+        + "axis = [0, 0, 1]\nparams.ratio = 1e8\n";
+    let session = open_text(&text, &[]);
+    let quantity = vec![quantity(&session, "slow_hub.angle").unwrap()];
+    let motion = Motion::through(quantity, vec![0.0, 1.0], vec![vec![[0.0, 1.0, 0.0], [1.0, 1.0, 0.0]]]);
+    let message = refused(&session, &motion, &["slow_hub.angle"]);
+    assert!(message.contains("leads no further") && message.contains("bodies move by"), "{message}");
+}
+
 #[test]
 fn motion_files_have_units_and_derivatives() {
     let session = open_text(&benchmark("A04"), &[]);

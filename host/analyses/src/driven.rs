@@ -42,6 +42,9 @@ const LONGEST: f64 = 0.3;
 const MISS: f64 = 0.01;
 /// Share of a stretch below which it is not divided any more.
 const SHORTEST: f64 = 1e-10;
+/// Steps of less than this share of a stretch are a crawl, of which so many are made.
+const CRAWL: f64 = 1e-6;
+const MOST_CRAWLED: usize = 1000;
 /// Speeds of sliding below this share of the scene's size per second are none.
 const STILL: f64 = 1e-12;
 
@@ -369,6 +372,7 @@ impl<'s> Driven<'s> {
     fn go(&mut self, to: f64, wish: &dyn Fn(f64) -> Vec<Derivatives>) -> Result<(), String> {
         let begin = self.time();
         let mut h = to - begin;
+        let mut crawled = 0;
         while self.time() < to {
             let from = self.time();
             let next = if from + h < to { from + h } else { to };
@@ -386,15 +390,27 @@ impl<'s> Driven<'s> {
             } else {
                 Err(format!("bodies would move by {size:.1e} of the scene's size, or rad, in {step:.1e} s"))
             };
+            let no_further = |reason: &str| {
+                Err(format!(
+                    "the motion leads no further than t = {from} s, where it meets a dead point or leaves what the joints allow: {reason}"
+                ))
+            };
             match reached {
-                Ok(()) => h = 2.0 * step,
+                Ok(()) => {
+                    h = 2.0 * step;
+                    crawled += usize::from(step < CRAWL * (to - begin));
+                    // Next to a dead point what is hardly determined may move at any speed, and go on doing so.
+                    if crawled > MOST_CRAWLED {
+                        return no_further(&format!(
+                            "bodies move by {size:.1e} of the scene's size, or rad, in {step:.1e} s"
+                        ));
+                    }
+                }
                 Err(reason) => {
                     self.inputs = before;
                     h = 0.5 * step;
                     if h < SHORTEST * (to - begin) {
-                        return Err(format!(
-                            "the motion leads no further than t = {from} s, where it meets a dead point or leaves what the joints allow: {reason}"
-                        ));
+                        return no_further(&reason);
                     }
                 }
             }

@@ -6,6 +6,7 @@ static void rate_tangents(@n@_machine *m, real t, const real *y, real *found) {
 #if ROTATIONS > 0
     real moved[4];
 #endif
+    (void)dy;
     run__tangent(m, t, y);
 @rate_tangents@
     for (i = 0; i < @N@_STATES - MOTION_STATES; ++i) {
