@@ -391,13 +391,16 @@ component = "z"
 #[test]
 fn what_begins_smoothly_is_driven_from_the_first_step_on() {
     type Rate = fn(f64) -> f64;
-    let laws: [(&str, Rate); 4] = [
+    let laws: [(&str, Rate); 6] = [
         ("t - sin(t)", |t| 2.0 * (0.5 * t).sin().powi(2)),
         ("pi * t / 3 - sin(2 * pi * t / 3) / 2", |t| {
             2.0 * std::f64::consts::FRAC_PI_3 * (std::f64::consts::FRAC_PI_3 * t).sin().powi(2)
         }),
         ("6 * (t - tanh(t))", |t| 6.0 * t.tanh().powi(2)),
         ("t - atan(t)", |t| t * t / (1.0 + t * t)),
+        // After a rest.
+        ("max(0, t - 0.5)^2", |t| 2.0 * (t - 0.5).max(0.0)),
+        ("max(0, t - 0.5) - sin(max(0, t - 0.5))", |t| 2.0 * (0.5 * (t - 0.5).max(0.0)).sin().powi(2)),
     ];
     for (angle, rate) in laws {
         for formulation in ["joint", "cartesian"] {

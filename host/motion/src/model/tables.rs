@@ -65,6 +65,17 @@ impl Curve<'_> {
         self.spec.map_or_else(|| "a curve".into(), |spec| format!("the curve of `{}`", spec.name))
     }
 
+    /// Whether a table passes through its points.
+    fn passes(&self, table: &Table) -> bool {
+        self.points.iter().all(|[x, y]| near(table.derivative(*x, 0), *y, 1.0))
+    }
+
+    /// Whether a table joins its points as it says.
+    fn is(&self, table: &Table) -> bool {
+        let expected = self.interpolation.and_then(|wanted| Table::through(&self.points, wanted, table.outside).ok());
+        expected.is_none_or(|expected| joined_alike(table, &expected))
+    }
+
     /// An argument, and a value, with their units.
     fn units(&self) -> [String; 2] {
         let unit = self.spec.map_or("", |spec| spec.unit.as_str());
@@ -86,14 +97,15 @@ fn curve_of<'a>(class: &'a Descriptor, params: &Params, table: &Table) -> Curve<
         let same = points.len() <= table.breaks.len() && points.iter().zip(&table.breaks).all(|(p, x)| p[0] == *x);
         same.then_some((points, value))
     };
-    let found = class.params.iter().find_map(|spec| Some((spec, given(spec)?)));
-    match found {
-        None => Curve { spec: None, points: Vec::new(), interpolation: None },
-        Some((spec, (points, value))) => {
-            let word = value.get("interpolation").and_then(toml::Value::as_str);
-            Curve { spec: Some(spec), points, interpolation: word.and_then(|word| word.parse().ok()) }
-        }
-    }
+    let curve = |spec| {
+        let (points, value) = given(spec)?;
+        let word = value.get("interpolation").and_then(toml::Value::as_str);
+        Some(Curve { spec: Some(spec), points, interpolation: word.and_then(|word| word.parse().ok()) })
+    };
+    // Several curves of an element may have the same arguments, and the same values: that which is joined as the table comes first.
+    let curves = class.params.iter().filter_map(curve);
+    let found = curves.min_by_key(|curve| (!curve.passes(table), !curve.is(table)));
+    found.unwrap_or(Curve { spec: None, points: Vec::new(), interpolation: None })
 }
 
 /// The tables that rows of a joint look up, each with the operation of its argument, ascending.
@@ -151,9 +163,7 @@ impl Subject<'_> {
     /// A library of an earlier contract knows splines only.
     fn interpolated_otherwise(&self, curve: &Curve<'_>, table: &Table) -> Option<Diagnostic> {
         let (spec, wanted) = (curve.spec?, curve.interpolation?);
-        let expected = Table::through(&curve.points, wanted, table.outside).ok()?;
-        let same_points = curve.points.iter().all(|[x, y]| near(table.derivative(*x, 0), *y, 1.0));
-        if !same_points || joined_alike(table, &expected) {
+        if !curve.passes(table) || curve.is(table) {
             return None;
         }
         let written = self.record.params.get(&spec.name).and_then(|raw| raw.as_table());

@@ -102,3 +102,18 @@ fn a_library_that_knows_splines_only_is_told_of() {
     // Where all interpolations are the same, there is nothing to tell.
     assert_eq!(codes_of("force", "early", "force = [[0, 0], [1, 2], [3, 6]]"), []);
 }
+
+/// Which curve a table was made of is seen by its points; two curves may have the same ones.
+#[test]
+fn curves_with_the_same_points_may_be_joined_in_different_ways() {
+    for words in [["linear", "steps"], ["steps", "linear"], ["monotone", "linear"], ["steps", "monotone"]] {
+        let [first, second] = words.map(|word| format!("{{ points = {JUMP}, interpolation = \"{word}\" }}"));
+        assert_eq!(codes_of("force", "pull", &format!("of_time = {first}, of_speed = {second}")), [], "{words:?}");
+        let other = second.replace("10]]", "12]]");
+        assert_eq!(codes_of("force", "pull", &format!("of_time = {first}, of_speed = {other}")), [], "{words:?}");
+    }
+    // What is to be said of the second is said of the second.
+    let spline = format!("of_time = {{ points = {JUMP}, interpolation = \"linear\" }}, of_rate = {JUMP}");
+    let found = said("force", "pull", &spline);
+    assert!(found.len() == 1 && found[0].2.contains("the curve of `of_rate`"), "{found:?}");
+}

@@ -239,7 +239,7 @@ impl System for Simulation<'_> {
             Group::Velocity => self.scales.speed_scale(),
             Group::AngularVelocity => self.scales.spin_scale(),
             Group::State => self.state_sizes[entry + 1 + self.state_sizes.len() - self.dim()],
-            Group::Work => self.largest_kinetic,
+            Group::Work => self.largest_kinetic.max(self.least_energy),
         };
         self.tolerance * size
     }
