@@ -185,9 +185,7 @@ impl Prepared {
             .anticipate_rest(&session.equations, &session.model, (t_start, &state), t_end - t_start)
             .map_err(|e| start_error(&session.scene, &e))?;
         if session.determined {
-            system
-                .anticipate_drives(&session.equations, (t_start, &state), t_end - t_start)
-                .map_err(|e| start_error(&session.scene, &e))?;
+            system.anticipate_drives(&session.equations, (t_start, &state), t_end - t_start);
         }
         if let Some(carried) = &leg.carried {
             system.carry_on(carried);

@@ -166,21 +166,26 @@ impl Floor {
 
     /// The velocities that drivers give are round-off of the terms that cancel in the rates of their functions: in that of `t - sin(t)`
     /// a step of 1.1e-16, however slow the motion begins. Looked at from the time `t` on for `duration`, with all bodies where they
-    /// are at the start, in a scene of the size `length`. From here on [`Floor::of_speeds`] knows that.
+    /// are at the start, in a scene of the size `length`. From here on [`Floor::of_speeds`] knows that. Where there is no answer, the run
+    /// will fail or be elsewhere.
     pub(super) fn drive(
         &mut self,
         equations: &Equations,
         (t, y): (f64, &[f64]),
         (duration, length): (f64, f64),
         formulation: &mut dyn Formulation,
-    ) -> Result<(), AnalysisError> {
+    ) {
         let (graph, nodes) = sizes_of_drives(equations);
         let mut evaluator = Evaluator::new(&graph, &nodes);
         let traces = formulation.traces();
         for k in 0..=TIMES {
             let time = t + duration * k as f64 / TIMES as f64;
-            let inputs = formulation.observe(time, y, false)?.inputs[..self.layout.inputs()].to_vec();
-            for row in evaluator.run(&inputs, formulation.sets())?.chunks_exact(3) {
+            let observed = formulation.observe(time, y, false);
+            let Ok(inputs) = observed.map(|observed| observed.inputs[..self.layout.inputs()].to_vec()) else {
+                continue;
+            };
+            let Ok(sizes) = evaluator.run(&inputs, formulation.sets()) else { continue };
+            for row in sizes.chunks_exact(3) {
                 let (rate, displaced, turned) = (row[0], row[1], row[2]);
                 let [speed, spin] = if displaced > 0.0 {
                     [rate / displaced, rate / displaced / length]
@@ -193,7 +198,6 @@ impl Floor {
             }
         }
         formulation.forget_since(&traces);
-        Ok(())
     }
 
     /// What no error of a velocity, m/s, and of an angular one, rad/s, has to be below in the step under way.

@@ -43,16 +43,8 @@ impl Simulation<'_> {
 
     /// Takes differences of velocities for round-off where they are no more than that of the functions of time that drive a scene which
     /// they determine ([`super::floor::Floor::drive`]), from the state at the start `t` on for `duration`.
-    ///
-    /// # Errors
-    /// See [`AnalysisError`].
-    pub(in crate::session) fn anticipate_drives(
-        &mut self,
-        equations: &Equations,
-        start: (f64, &[f64]),
-        duration: f64,
-    ) -> Result<(), AnalysisError> {
-        self.floor.drive(equations, start, (duration, self.scales.length), self.formulation.as_mut())
+    pub(in crate::session) fn anticipate_drives(&mut self, equations: &Equations, start: (f64, &[f64]), duration: f64) {
+        self.floor.drive(equations, start, (duration, self.scales.length), self.formulation.as_mut());
     }
 
     /// The largest entry of a difference of states, as a share of the size of its group; for the state of an element of its own
