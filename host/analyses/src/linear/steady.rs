@@ -114,6 +114,10 @@ fn turnings(motions: &[Motion], length: f64) -> Vec<Vector3<f64>> {
             right += of.cross(rate);
         }
     }
+    // Where speeds have no square.
+    if !(matrix.sum() + right.sum()).is_finite() {
+        return Vec::new();
+    }
     let found = matrix.symmetric_eigen();
     let largest = found.eigenvalues.max();
     let (mut own, mut open) = (Vector3::zeros(), None);
