@@ -399,7 +399,7 @@ impl<'s> Driven<'s> {
                 Ok(()) => {
                     h = 2.0 * step;
                     crawled += usize::from(step < CRAWL * (to - begin));
-                    // Next to a dead point what is hardly determined may move at any speed, and go on doing so.
+                    // Next to a dead point what is hardly determined may move at any speed, and keep it.
                     if crawled > MOST_CRAWLED {
                         return no_further(&format!(
                             "bodies move by {size:.1e} of the scene's size, or rad, in {step:.1e} s"

@@ -32,6 +32,7 @@ pub use crate::plain::Model;
 
 /// Accelerations below this share of what a body's loads would give alone are none.
 pub(crate) const NO_ACCELERATION: f64 = 1e-7;
+
 /// A signal that goes in or comes out.
 #[derive(Debug, Clone, Serialize)]
 pub struct Port {
@@ -73,6 +74,8 @@ pub struct Linear {
     pub positions: DMatrix<f64>,
     /// Velocities and angular velocities of all bodies, the same.
     pub velocities: DMatrix<f64>,
+    /// From displacements of all bodies to coordinates, and from changes of their velocities to those of the rates.
+    components: [DMatrix<f64>; 2],
     /// Loads of force elements by states, at fixed velocities and element states: see [`Load`].
     pub(crate) loads: DMatrix<f64>,
     pub(crate) expansion: Expansion,
@@ -197,7 +200,7 @@ impl Linear {
             refuse(session, Diagnostic::error(codes::SINGULAR_MASS, message))
         };
         let expansion = local.at(&instant.inputs).map_err(|error| failed(&error))?;
-        let mut linear = reduce(&expansion, Vector3::zeros()).map_err(|reason| failed(&reason))?;
+        let mut linear = reduce(&expansion).map_err(|reason| failed(&reason))?;
         linear.time = instant.time;
         linear.drop_round_off();
         // From SI to the units of the ports.
@@ -294,8 +297,8 @@ fn choose<'n>(
     names.iter().map(find).collect()
 }
 
-/// The reduction, in SI, of states that are seen in axes with this angular velocity, rad/s.
-pub(crate) fn reduce(e: &Expansion, turning: Vector3<f64>) -> Result<Linear, String> {
+/// The reduction, in SI, in axes of the ground.
+pub(crate) fn reduce(e: &Expansion) -> Result<Linear, String> {
     use Direction as D;
     use Function as F;
     let words = |error: crate::analysis::AnalysisError| error.to_string();
@@ -357,28 +360,18 @@ pub(crate) fn reduce(e: &Expansion, turning: Vector3<f64>) -> Result<Linear, Str
         by_inputs += e.slope(of, D::Inputs);
         all
     };
-    // x' = v + omega x turn, less what the axes do.
+    // x' = v + omega x turn.
     let mut moving = v.clone();
     for (body, spin) in e.spins.iter().enumerate() {
         let turned = spin.cross_matrix() * x.rows(6 * body + 3, 3);
         let mut part = moving.rows_mut(6 * body + 3, 3);
         part += turned;
     }
-    let with_axes = turning.cross_matrix();
-    for at in (0..n).step_by(3).filter(|_| turning != Vector3::zeros()) {
-        let mut part = moving.rows_mut(at, 3);
-        part -= with_axes * x.rows(at, 3);
-    }
     let mut whole = DMatrix::zeros(states, states + inputs);
     let coordinates = &places.components * moving;
     whole.view_mut((0, 0), (p, states)).copy_from(&coordinates);
     // What rows carry along has no components here.
-    let mut changes = accelerations.clone();
-    for at in (0..n).step_by(3).filter(|_| turning != Vector3::zeros()) {
-        let mut part = changes.view_mut((at, 0), (3, states));
-        part -= with_axes * v.rows(at, 3);
-    }
-    whole.rows_mut(p, q).copy_from(&(&motions.components * changes));
+    whole.rows_mut(p, q).copy_from(&(&motions.components * &accelerations));
     whole.rows_mut(p + q, s).copy_from(&respond(F::States));
     let outputs = respond(F::Outputs);
     let names = (1..=p).map(|k| format!("q{k}")).chain((1..=q).map(|k| format!("u{k}")));
@@ -395,6 +388,7 @@ pub(crate) fn reduce(e: &Expansion, turning: Vector3<f64>) -> Result<Linear, Str
         outputs: Vec::new(),
         positions: x,
         velocities: v,
+        components: [places.components, motions.components],
         loads: DMatrix::zeros(0, states),
         expansion: e.clone(),
         load_list: Vec::new(),
@@ -404,7 +398,7 @@ pub(crate) fn reduce(e: &Expansion, turning: Vector3<f64>) -> Result<Linear, Str
         bodies: Vec::new(),
         notes: Vec::new(),
         at_rest: false,
-        turning,
+        turning: Vector3::zeros(),
         unsteadiness: 0.0,
     })
 }

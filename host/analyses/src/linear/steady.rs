@@ -37,6 +37,26 @@ pub(super) struct Axes {
     pub(super) unsteadiness: f64,
 }
 
+impl Linear {
+    /// Rates of states by states that are seen in axes with this angular velocity W: less W x (delta x, delta v).
+    fn in_axes(&self, turning: Vector3<f64>) -> DMatrix<f64> {
+        let (mut a, mut first) = (self.a.clone(), 0);
+        if turning == Vector3::zeros() {
+            return a;
+        }
+        for (components, of) in self.components.iter().zip([&self.positions, &self.velocities]) {
+            let mut with_axes = of.clone();
+            for at in (0..of.nrows()).step_by(3) {
+                with_axes.rows_mut(at, 3).copy_from(&(turning.cross_matrix() * of.rows(at, 3)));
+            }
+            let mut rates = a.rows_mut(first, components.nrows());
+            rates -= components * with_axes;
+            first += components.nrows();
+        }
+        a
+    }
+}
+
 /// How bodies move: velocity, angular velocity and their rates, ground axes, turns times the size of the scene.
 struct Motion([Vector3<f64>; 4]);
 
@@ -59,7 +79,7 @@ pub(super) fn axes(
     let mut look = |turning: Vector3<f64>, a: &DMatrix<f64>| {
         let mut ahead = advanced(inputs, &here.expansion, local.states(), layout, (step, turning));
         let there = balanced(&mut ahead, (&mut *local, rows), layout);
-        let there = there.and_then(|expansion| reduce(&expansion, turning).ok());
+        let there = there.and_then(|expansion| reduce(&expansion).ok());
         there.map_or(f64::INFINITY, |there| {
             let left = if turning == Vector3::zeros() { 0.0 } else { left(&there.expansion, &ahead, layout, length) };
             rate(change((here, a), &there, length, (step, turning)).max(left), step)
@@ -76,10 +96,10 @@ pub(super) fn axes(
         if best.unsteadiness == 0.0 {
             break;
         }
-        let Ok(turned) = reduce(&here.expansion, turning) else { continue };
-        let unsteadiness = look(turning, &turned.a);
+        let turned = here.in_axes(turning);
+        let unsteadiness = look(turning, &turned);
         if unsteadiness < NEARLY * best.unsteadiness {
-            best = Axes { turning, turned: Some(turned.a), unsteadiness };
+            best = Axes { turning, turned: Some(turned), unsteadiness };
         }
     }
     best
@@ -176,7 +196,7 @@ fn change(
     let Some(p) = closest(&s1, &s0) else { return f64::INFINITY };
     let left = &s0 - &s1 * &p;
     let rates = &s0 * a;
-    let moved = &s1 * (&p * a - &there.a * &p);
+    let moved = &s1 * (&p * a - there.in_axes(turning) * &p);
     (0..s0.ncols())
         .map(|k| {
             let size = s0.column(k).norm();
