@@ -103,9 +103,9 @@ fn curve_of<'a>(class: &'a Descriptor, params: &Params, table: &Table) -> Curve<
         Some(Curve { spec: Some(spec), points, interpolation: word.and_then(|word| word.parse().ok()) })
     };
     // Several curves of an element may have the same arguments, and the same values: that which is joined as the table comes first.
-    let curves = class.params.iter().filter_map(curve);
-    let found = curves.min_by_key(|curve| (!curve.passes(table), !curve.is(table)));
-    found.unwrap_or(Curve { spec: None, points: Vec::new(), interpolation: None })
+    let mut curves: Vec<Curve<'_>> = class.params.iter().filter_map(curve).collect();
+    curves.sort_by_cached_key(|curve| (!curve.passes(table), !curve.is(table)));
+    curves.into_iter().next().unwrap_or(Curve { spec: None, points: Vec::new(), interpolation: None })
 }
 
 /// The tables that rows of a joint look up, each with the operation of its argument, ascending.

@@ -91,6 +91,7 @@ impl Control {
         let power = (stages + 1) as f64 / (2 * stages) as f64;
         let (factor, left) = if stages > 3 { (TEST_FACTOR_OF_MORE, LEFT_OF_MORE) } else { (TEST_FACTOR, LEFT) };
         let relative = tolerance.map_or(1e-6, |tol| factor * tol.powf(power));
+        let least = 10.0 * f64::EPSILON / relative;
         Self {
             stages,
             factored: None,
@@ -107,8 +108,8 @@ impl Control {
             rejected: false,
             test: tolerance.map_or(1.0, |tol| (relative / tol).max(1.0)),
             most_iterations: most_iterations(stages),
-            newton: (10.0 * f64::EPSILON / relative).max(left * relative.powf(1.0 / power - 1.0).min(0.03)),
-            enough: (10.0 * f64::EPSILON / relative).max(relative.sqrt().min(0.03)),
+            newton: least.max(left * relative.powf(1.0 / power - 1.0).min(0.03)),
+            enough: least.max(relative.sqrt().min(0.03)),
         }
     }
 
