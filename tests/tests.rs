@@ -156,6 +156,7 @@ mod stress;
 mod stubborn;
 mod study;
 mod support;
+mod turntable;
 mod unknowns;
 mod verification;
 mod versions;

@@ -55,6 +55,39 @@ pub fn tangle() -> String {
     TANGLE.replace("FORM", "")
 }
 
+/// The same with a force that follows an acceleration, friction that follows a reaction, and a state that follows another acceleration.
+pub fn coupled_tangle() -> String {
+    tangle()
+        + r#"
+[[output]]
+name = "a_x"
+quantity = "acceleration"
+of = "b"
+component = "x"
+[[output]]
+name = "a_z"
+quantity = "acceleration"
+of = "b"
+component = "z"
+[[force]]
+name = "added"
+type = "push"
+bodies = ["a", "b"]
+params.factor = -0.4
+inputs.signal = "a_x"
+[[control]]
+name = "slow"
+type = "smoother"
+params.factor = 0.2
+inputs.in = { signal = "a_z", gain = "1 s^2" }
+[[force]]
+name = "rubbing"
+type = "rub"
+joints = ["between"]
+params.factor = 0.3
+"#
+}
+
 /// [`TANGLE`] with opaque elements.
 pub fn opaque_tangle() -> String {
     TANGLE.replace("FORM", "opaque-")

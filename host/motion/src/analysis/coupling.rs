@@ -17,6 +17,8 @@ use crate::linalg::FullPivLu;
 use crate::plan::Layout;
 use crate::program::{Equations, Node, Program, Used, Workspace};
 
+/// Share of the largest pivot of I - F_z up to which a pivot is zero.
+pub(super) const CLOSED: f64 = 1e-14;
 /// Iterations before a scene counts as having no solution.
 pub(super) const MOST_ITERATIONS: usize = 60;
 /// Change of z at which it counts as found, as a share of what the same body's accelerations or the same joint's multipliers
@@ -89,14 +91,15 @@ impl Coupling {
     /// For inputs at these slots.
     pub(super) fn new(slots: Vec<usize>, linear: bool, layout: &Layout) -> Self {
         let n = slots.len();
+        let [accelerations, multipliers] = layout.solved();
         Self {
             peers: slots.iter().map(|slot| layout.solved_peers(*slot)).collect(),
             slots,
-            accelerations: layout.acceleration_slot()..layout.multiplier_slot(),
-            multipliers: layout.multiplier_slot()..layout.inputs(),
+            accelerations,
+            multipliers,
             z: vec![0.0; n],
             step: vec![0.0; n],
-            matrix: FullPivLu::new(n, 1e-14),
+            matrix: FullPivLu::new(n, CLOSED),
             started: false,
             linear,
             iteration: 0,
@@ -202,11 +205,7 @@ impl Coupling {
         slopes: impl FnOnce(&mut [f64], &mut [f64]) -> Result<(), AnalysisError>,
     ) -> Result<(), AnalysisError> {
         let n = self.slots.len();
-        // In units in which the largest acceleration and the largest multiplier are one, whatever those of the scene are.
-        let sizes = [&self.accelerations, &self.multipliers].map(|all| largest(&inputs[all.clone()]));
-        let sizes = if sizes.iter().all(|size| *size > f64::MIN_POSITIVE) { sizes } else { [1.0; 2] };
-        let size = |slot: &usize| sizes[usize::from(*slot >= self.multipliers.start)];
-        let sizes: Vec<f64> = self.slots.iter().map(size).collect();
+        let sizes = units(&self.slots, &[self.accelerations.clone(), self.multipliers.clone()], inputs);
         slopes(inputs, self.matrix.entries_mut())?;
         let entries = self.matrix.entries_mut();
         for (column, along) in entries.chunks_exact_mut(n).zip(&sizes) {
@@ -244,6 +243,13 @@ impl Coupling {
         }
         change
     }
+}
+
+/// The units of z in which the largest acceleration and the largest multiplier are one, whatever those of the scene are.
+pub(super) fn units(slots: &[usize], solved: &[Range<usize>; 2], inputs: &[f64]) -> Vec<f64> {
+    let sizes = solved.each_ref().map(|all| largest(&inputs[all.clone()]));
+    let sizes = if sizes.iter().all(|size| *size > f64::MIN_POSITIVE) { sizes } else { [1.0; 2] };
+    slots.iter().map(|slot| sizes[usize::from(*slot >= solved[1].start)]).collect()
 }
 
 fn largest(list: &[f64]) -> f64 {
@@ -291,6 +297,11 @@ impl BodyCoupling {
             side_multipliers: vec![0.0; layout.rows],
             masses: masses.chunks_exact(9).flat_map(|m| [m[0], m[1], m[2], m[3], m[6], m[8]]).collect(),
         })
+    }
+
+    /// How many accelerations and multipliers are solved for together with the loads.
+    pub(super) fn size(&self) -> usize {
+        self.coupling.slots.len()
     }
 
     /// Starts from nothing next time.

@@ -126,8 +126,8 @@ impl JointForm {
         let direct = plain
             .and_then(|regular| Direct::new(regular.motion.program(), &joint.coordinates, layout, regular.rows.len()));
         let row_names = Arc::clone(&bodies.row_names);
-        // Of opaque elements they are not known, nor of forces that depend on accelerations or reactions.
-        let known = joint.graph.calls.is_empty() && joint.dependence.is_none();
+        // Of opaque elements they are not known.
+        let known = joint.graph.calls.is_empty();
         let derivatives = if known { Derivatives::Possible } else { Derivatives::Unknown };
         Ok(Self {
             start: plan.places,
@@ -364,9 +364,12 @@ impl Formulation for JointForm {
         self.derivatives_are_paid = true;
         if matches!(self.derivatives, Derivatives::Possible) {
             let (joint, layout) = (&self.equations, &self.motion.layout);
-            let mut nodes = motion_nodes(joint, &regular.rows, regular.by_bodies);
-            nodes.1.drain(joint.coordinates.columns..joint.coordinates.columns + regular.rows.len());
-            self.derivatives = Derivatives::Known(Box::new(Linearisation::of_solution(joint, layout, nodes)));
+            let (graph, nodes) = motion_nodes(joint, &regular.rows, regular.by_bodies);
+            let (accelerations, rest) = nodes.split_at(joint.coordinates.columns);
+            let (rates, found) = rest[regular.rows.len()..].split_at(layout.states + 1);
+            let coupled = joint.dependence.iter().flat_map(|dependence| dependence.places().map(|place| found[place]));
+            let nodes = accelerations.iter().chain(rates).copied().chain(coupled).collect();
+            self.derivatives = Derivatives::Known(Box::new(Linearisation::of_solution(joint, layout, (graph, nodes))));
         }
         if matches!(self.derivatives, Derivatives::Unknown) {
             return Ok(false);
@@ -376,14 +379,14 @@ impl Formulation for JointForm {
             return Ok(false);
         }
         let Derivatives::Known(known) = &mut self.derivatives else { return Ok(false) };
-        known.fill(&self.motion.inputs, &self.bodies.sets, state, &[], &mut |_, _, _, _| Ok(()), found)?;
-        Ok(true)
+        known.fill(&self.motion.inputs, &self.bodies.sets, state, &[], &mut |_, _, _, _| Ok(()), found)
     }
 
     fn price(&self) -> Price {
         let operations = self.regular.as_ref().map_or(0, |regular| regular.motion.program().operations()) as f64;
         let unknowns = (self.motion.coordinates.columns + self.safe.rows.len()) as f64;
-        let directions = self.motion.coordinates.directions(&self.motion.layout) as f64;
+        let coupled = self.equations.dependence.as_ref().map_or(0, |found| found.slots.len());
+        let directions = (self.motion.coordinates.directions(&self.motion.layout) + coupled) as f64;
         // Measured on chains, where nearly every operation depends on nearly every direction.
         let jacobian = operations * (3.0 + 0.3 * directions);
         let known = !matches!(self.derivatives, Derivatives::Unknown);

@@ -10,9 +10,17 @@
 //! [M Phi_q^T; Phi_q 0] [da; dlambda] = [dr1; dr2]:
 //!
 //! the matrix of the equations of motion once more, so that its factorisation is used again.
+//!
+//! Where loads depend on some of the accelerations and multipliers, z = F(x, z) (see [`Coupling`](super::coupling::Coupling)), each of
+//! these is a direction as well, along which the loads alone change. With the derivatives of all results and of F along the directions
+//! of x and z, what z follows with is (I - F_z) dz = F_x dx.
 
+use std::ops::Range;
+
+use super::coupling::{CLOSED, units};
 use super::formulation::{AnalysisError, Entries};
 use super::motion::parameter_rates;
+use crate::linalg::FullPivLu;
 use crate::plan::{Coordinates, Layout};
 use crate::program::{Equations, Graph, JointEquations, Node, Row, Seeds, Sets, Tangents, Used, turned_parameters};
 
@@ -32,7 +40,15 @@ pub(super) struct Linearisation {
     /// Element states.
     states: usize,
     /// Rows whose residuals follow those of the velocities, where these are to be solved for.
-    rows: Option<usize>,
+    rows: Option<Vec<usize>>,
+    /// The number of the power among the functions. Behind it is F, or where residuals are solved for, loads and power without reactions.
+    power: usize,
+    /// Inputs that are z. Their directions are behind those of the state.
+    coupled: Vec<usize>,
+    /// I - F_z.
+    closing: FullPivLu,
+    /// Accelerations and multipliers among the inputs.
+    solved: [Range<usize>; 2],
     tangents: Tangents,
     /// Derivatives along each direction, those that are zero left out: of accelerations, multipliers, state rates, power by number.
     along: Vec<Vec<Slope>>,
@@ -56,16 +72,22 @@ impl Linearisation {
         layout: &Layout,
         (mut graph, functions): (Graph, Vec<Node>),
     ) -> Self {
-        Self::new(&mut graph, &functions, (&joint.coordinates, &joint.rotations), layout, None)
+        let coupled = joint.dependence.as_ref().map_or_else(Vec::new, |found| found.slots.clone());
+        Self::new(&mut graph, &functions, (&joint.coordinates, &joint.rotations), layout, (None, coupled))
     }
 
     /// Of the residuals of the equations of motion in coordinates of bodies, with the rows in use.
     pub(super) fn of_residuals(equations: &Equations, layout: &Layout, rows: &[usize]) -> Self {
         let mut graph = equations.graph.clone();
         let coordinates = Coordinates::of_bodies(layout);
-        let functions = residuals(&mut graph, equations, &coordinates, layout, rows);
+        let mut functions = residuals(&mut graph, equations, &coordinates, layout, rows);
+        let coupled = equations.solved_for();
+        if !coupled.is_empty() {
+            functions.extend(&equations.loads);
+            functions.push(equations.power);
+        }
         let rotations: Vec<Matrix> = equations.bodies.iter().map(|body| body.a).collect();
-        Self::new(&mut graph, &functions, (&coordinates, &rotations), layout, Some(rows.len()))
+        Self::new(&mut graph, &functions, (&coordinates, &rotations), layout, (Some(rows.to_vec()), coupled))
     }
 
     fn new(
@@ -73,12 +95,15 @@ impl Linearisation {
         functions: &[Node],
         (coordinates, rotations): (&Coordinates, &[Matrix]),
         layout: &Layout,
-        rows: Option<usize>,
+        (rows, coupled): (Option<Vec<usize>>, Vec<usize>),
     ) -> Self {
-        let directions: Vec<Seeds> = (0..coordinates.directions(layout))
+        let mut directions: Vec<Seeds> = (0..coordinates.directions(layout))
             .map(|direction| seeds(graph, coordinates, rotations, layout, direction))
             .collect();
-        let solved = coordinates.columns + rows.unwrap_or(0);
+        let one = graph.constant(1.0);
+        directions.extend(coupled.iter().map(|slot| Seeds::from_iter([(graph.input(*slot), one)])));
+        let rows_in_use = rows.as_ref().map_or(0, Vec::len);
+        let solved = coordinates.columns + rows_in_use;
         let mut row_of: Vec<usize> =
             (0..functions.len()).map(|k| (coordinates.motion + k).saturating_sub(solved)).collect();
         coordinates.lines.iter().for_each(|line| row_of[line.column] = line.velocity);
@@ -88,6 +113,10 @@ impl Linearisation {
         Self {
             rows,
             states: layout.states,
+            power: solved + layout.states,
+            closing: FullPivLu::new(coupled.len(), CLOSED),
+            coupled,
+            solved: layout.solved(),
             along: vec![Vec::new(); directions.len()],
             row_of,
             column: vec![0.0; coordinates.motion + layout.states + 1],
@@ -95,7 +124,7 @@ impl Linearisation {
             tangents: Tangents::new(graph, functions, &directions),
             right: vec![0.0; solved],
             accelerations: vec![0.0; coordinates.columns],
-            multipliers: vec![0.0; rows.unwrap_or(0)],
+            multipliers: vec![0.0; rows_in_use],
             coordinates: coordinates.clone(),
         }
     }
@@ -105,9 +134,9 @@ impl Linearisation {
         self.tangents.used()
     }
 
-    /// Gives the derivatives of the rates at `state`: row, column, value of all entries that are not zero, column after column.
-    /// `inputs` holds the state; where residuals are solved for also its accelerations and multipliers, `times` Phi_t of the rows
-    /// in use, and `solve` uses the factorisation at `state`.
+    /// Gives the derivatives of the rates at `state`: row, column, value of all entries that are not zero, column after column; `false`
+    /// where there are none. `inputs` holds the state, with the accelerations and multipliers that loads depend on; where residuals are
+    /// solved for with all of them, `times` Phi_t of the rows in use, and `solve` uses the factorisation at `state`.
     pub(super) fn fill(
         &mut self,
         inputs: &[f64],
@@ -116,44 +145,110 @@ impl Linearisation {
         times: &[f64],
         solve: &mut SolveMotion<'_>,
         found: Entries<'_>,
-    ) -> Result<(), AnalysisError> {
+    ) -> Result<bool, AnalysisError> {
         self.along.iter_mut().for_each(Vec::clear);
         let along = &mut self.along;
         self.tangents
             .run(inputs, sets, |direction, function, value| along[direction].push((function as u32, value)))
             .map_err(|(set, fault)| AnalysisError::Element { set, fault })?;
-        if let Some(rows) = self.rows {
-            self.solve(self.coordinates.columns + rows, times, solve)?;
+        if let Some(rows) = self.rows.take() {
+            let solved = self.solve(&rows, times, solve);
+            self.rows = Some(rows);
+            solved?;
+        }
+        if !self.coupled.is_empty() && !self.close(inputs)? {
+            return Ok(false);
         }
         self.assemble(state, found);
-        Ok(())
+        Ok(true)
     }
 
-    /// Residuals along each direction, of which there are so many, become accelerations.
-    fn solve(&mut self, residuals: usize, times: &[f64], solve: &mut SolveMotion<'_>) -> Result<(), AnalysisError> {
-        let power = residuals + self.states;
+    /// Residuals along each direction become accelerations, and those along z, where loads change alone, as well: F behind the power.
+    fn solve(&mut self, rows: &[usize], times: &[f64], solve: &mut SolveMotion<'_>) -> Result<(), AnalysisError> {
+        let (columns, power) = (self.coordinates.columns, self.power);
+        let own = self.along.len() - self.coupled.len();
         let mut solved: Vec<Slope> = Vec::new();
-        for along in &mut self.along {
-            let is_residual = |(function, _): &&Slope| (*function as usize) < residuals;
-            if along.iter().filter(is_residual).all(|(_, value)| *value == 0.0) {
-                continue;
-            }
+        for (direction, along) in self.along.iter_mut().enumerate() {
+            let (first, count, power_at) = if direction < own {
+                (0, columns + rows.len(), power)
+            } else {
+                (power + 1, columns, power + 1 + columns)
+            };
+            let mut work = 0.0;
             self.right.fill(0.0);
-            along.iter().filter(is_residual).for_each(|(function, value)| self.right[*function as usize] = *value);
-            let (loads, gammas) = self.right.split_at(self.accelerations.len());
-            solve(loads, gammas, &mut self.accelerations, &mut self.multipliers)?;
             solved.clear();
-            let accelerations = self.accelerations.iter().enumerate().map(|(k, value)| (k as u32, *value));
-            solved.extend(accelerations.filter(|(_, value)| *value != 0.0));
-            let others = along.iter().filter(|slope| !is_residual(slope));
-            solved.extend(others.filter(|(function, _)| (*function as usize) < power));
-            // The power of constraints that depend on time: lambda . Phi_t.
-            let driven: f64 = times.iter().zip(&self.multipliers).map(|(time, change)| time * change).sum();
-            let own = along.last().filter(|(function, _)| *function as usize == power).map_or(0.0, |(_, value)| *value);
-            solved.push((power as u32, own + driven));
+            for (function, value) in along.iter() {
+                let number = *function as usize;
+                if (first..first + count).contains(&number) {
+                    self.right[number - first] = *value;
+                } else if (power - self.states..power).contains(&number) {
+                    solved.push((*function, *value));
+                } else if number == power_at {
+                    work = *value;
+                }
+            }
+            if self.right.iter().any(|value| *value != 0.0) {
+                let (loads, gammas) = self.right.split_at(columns);
+                solve(loads, gammas, &mut self.accelerations, &mut self.multipliers)?;
+                let accelerations = self.accelerations.iter().enumerate().map(|(k, value)| (k as u32, *value));
+                solved.extend(accelerations.filter(|(_, value)| *value != 0.0));
+                // The power of constraints that depend on time: lambda . Phi_t.
+                work += times.iter().zip(&self.multipliers).map(|(time, change)| time * change).sum::<f64>();
+                for (slot, function) in self.coupled.iter().zip(power as u32 + 1..) {
+                    let value = match slot.checked_sub(self.solved[1].start) {
+                        None => self.accelerations[slot - self.solved[0].start],
+                        // A row that is not in use has the multiplier zero.
+                        Some(row) => rows.binary_search(&row).map_or(0.0, |k| self.multipliers[k]),
+                    };
+                    solved.push((function, value));
+                }
+            }
+            solved.push((power as u32, work));
             std::mem::swap(along, &mut solved);
         }
         Ok(())
+    }
+
+    /// What z follows with, into the derivatives along the directions of the state; `false` where it is not determined.
+    fn close(&mut self, inputs: &[f64]) -> Result<bool, AnalysisError> {
+        let n = self.coupled.len();
+        let units = units(&self.coupled, &self.solved, inputs);
+        let own = self.along.len() - n;
+        let (along, of_coupled) = self.along.split_at_mut(own);
+        let place = |function: u32| (function as usize).checked_sub(self.power + 1);
+        let entries = self.closing.entries_mut();
+        entries.fill(0.0);
+        for ((column, unit), along) in entries.chunks_exact_mut(n).zip(&units).zip(&*of_coupled) {
+            for (k, value) in along.iter().filter_map(|(function, value)| Some((place(*function)?, value))) {
+                column[k] -= value * unit / units[k];
+            }
+        }
+        entries.iter_mut().step_by(n + 1).for_each(|entry| *entry += 1.0);
+        if !entries.iter().all(|entry| entry.is_finite()) {
+            return Ok(false);
+        }
+        self.closing.factor()?;
+        if self.closing.rank() < n {
+            return Ok(false);
+        }
+        let (mut right, mut follows) = (vec![0.0; n], vec![0.0; n]);
+        for along in along {
+            right.fill(0.0);
+            along.retain(|(function, value)| {
+                let place = place(*function);
+                place.into_iter().for_each(|k| right[k] = value / units[k]);
+                place.is_none()
+            });
+            if right.iter().all(|value| *value == 0.0) {
+                continue;
+            }
+            self.closing.solve(&right, &mut follows)?;
+            for ((change, unit), of_coupled) in follows.iter().zip(&units).zip(&*of_coupled) {
+                let own = of_coupled.iter().filter(|(function, _)| place(*function).is_none());
+                along.extend(own.map(|(function, value)| (*function, change * unit * value)));
+            }
+        }
+        Ok(true)
     }
 
     /// From directions to the entries of the state.

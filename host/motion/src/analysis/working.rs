@@ -286,8 +286,8 @@ impl Formulation for WorkingForm {
     }
 
     fn offer_jacobian(&mut self, equations: &Equations) {
-        // Of opaque elements they are not known, nor of forces that depend on accelerations or reactions.
-        if equations.graph.calls.is_empty() && !equations.needs_solution() {
+        // Of opaque elements they are not known.
+        if equations.graph.calls.is_empty() {
             self.derivatives = Derivatives::Possible(Box::new(equations.clone()));
         }
     }
@@ -319,8 +319,7 @@ impl Formulation for WorkingForm {
         let mut solve = |loads: &[f64], gammas: &[f64], accelerations: &mut [f64], multipliers: &mut [f64]| {
             Ok(solver.solve(loads, gammas, accelerations, multipliers)?)
         };
-        known.fill(&self.motion.inputs, &self.sets, state, engine.dynamics.function(1), &mut solve, found)?;
-        Ok(true)
+        known.fill(&self.motion.inputs, &self.sets, state, engine.dynamics.function(1), &mut solve, found)
     }
 
     fn price(&self) -> Price {
@@ -328,7 +327,8 @@ impl Formulation for WorkingForm {
         let unknowns = (self.motion.layout.velocities() + self.motion.layout.rows) as f64;
         let operations = self.operations() as f64;
         let coordinates = &self.motion.coordinates;
-        let directions = coordinates.directions(&self.motion.layout) as f64;
+        let coupled = self.coupling.as_ref().map_or(0, BodyCoupling::size);
+        let directions = (coordinates.directions(&self.motion.layout) + coupled) as f64;
         let jacobian = 3.0 * operations + 25.0 * directions * unknowns;
         let size = match &self.derivatives {
             Derivatives::Unknown => None,

@@ -178,6 +178,12 @@ impl Layout {
         self.acceleration_slot() + self.velocities()
     }
 
+    /// The slots of the accelerations, and of the multipliers.
+    #[must_use]
+    pub fn solved(&self) -> [Range<usize>; 2] {
+        [self.acceleration_slot()..self.multiplier_slot(), self.multiplier_slot()..self.inputs()]
+    }
+
     /// The slots that an acceleration's or a multiplier's `slot` shares its body or its joint with.
     #[must_use]
     pub fn solved_peers(&self, slot: usize) -> Range<usize> {

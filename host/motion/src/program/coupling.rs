@@ -62,6 +62,16 @@ impl Equations {
         !self.coupling.is_empty() || !self.solved_in_rates.is_empty()
     }
 
+    /// The accelerations and multipliers that they depend on, ascending.
+    #[must_use]
+    pub fn solved_for(&self) -> Vec<usize> {
+        let mut slots: Vec<usize> = self.coupling.iter().map(|input| input.slot).collect();
+        slots.extend(&self.solved_in_rates);
+        slots.sort_unstable();
+        slots.dedup();
+        slots
+    }
+
     /// Whether they do with any choice of closed contacts.
     #[must_use]
     pub fn may_need_solution(&self) -> bool {

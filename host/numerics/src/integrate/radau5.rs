@@ -195,7 +195,7 @@ impl<const S: usize> Radau<S> {
         let h = t_new - run.t;
         self.prepare(run, y, h)?;
         self.guess(h);
-        self.control.convergence = self.control.convergence.max(f64::EPSILON).powf(0.8);
+        self.control.expect_convergence(h);
         self.control.theta = self.control.keep_jacobian;
         let (mut last, mut last_rate, mut stays) = (0.0, 0.0, false);
         for iteration in 1..=self.control.most_iterations {

@@ -284,7 +284,7 @@ fn states_that_nothing_constrains_stay_as_they_are() {
 #[test]
 fn derivatives_of_the_rates_are_what_differences_say() {
     let mut random = Random(407);
-    for text in [scenes::tangle(), scenes::four_bar(1.1), branches(), driven(), tied()] {
+    for text in [scenes::tangle(), scenes::four_bar(1.1), branches(), driven(), tied(), scenes::coupled_tangle()] {
         let mut form = joint_form(&text);
         let mut stand = stand(&text);
         let n = form.groups().len();

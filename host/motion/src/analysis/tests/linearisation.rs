@@ -36,7 +36,7 @@ fn tangent(stand: &Stand, state: &[f64], random: &mut Random) -> Vec<f64> {
 #[test]
 fn derivatives_of_the_rates_are_what_differences_say() {
     let mut random = Random(211);
-    for text in [scenes::tangle(), scenes::four_bar(1.1), driven()] {
+    for text in [scenes::tangle(), scenes::four_bar(1.1), driven(), scenes::coupled_tangle()] {
         let mut stand = stand(&text);
         stand.form.offer_jacobian(&stand.equations);
         let n = stand.state.len();
