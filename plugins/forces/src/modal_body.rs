@@ -18,7 +18,10 @@
 //! International Journal for Numerical Methods in Engineering 32, 1991.)
 //!
 //! Valid for small deformations: displacements small beside the body's size, rotations below about 0.1 rad; the check `small` warns. What
-//! modes between interfaces add to the inertia of rotation is left out (a blade that bends in the plane in which it turns is softened by that). So is stiffening
+//! modes between interfaces add to the inertia of rotation is left out (a blade that bends in the plane in which it turns is softened by that). So is, in (3),
+//! that the deformation turns with frame 0: what travels with v0 and turns with omega is loaded as by another acceleration, off by the order of omega x v0.
+//! Where frame 0 is not next to the axis about which the body turns (a vehicle in a bend, a connecting rod), deformations are wrong by as much: on a steady
+//! turn the tip of a cantilever along the way bends by m a L^3 / (6 E I) instead of m a L^3 / (8 E I). Put frame 0 where the body turns about. So is stiffening
 //! by axial forces, unless `geometric` gives it: a blade becomes stiffer as it turns, since its lines shorten as they bend, against the
 //! centrifugal force. With v and omega of frame 0 in its own axes, and the geometric stiffness G_k of the structure, held at frame 0, in a
 //! uniform acceleration of frame 0 of 1 m/s^2 along -k (mass forces along k), and C_ab the part in omega_a omega_b of that in a rotation,
