@@ -9,7 +9,8 @@
 //!    the step is tried again so that it ends somewhat short of it;
 //! 2. no stage of that step has seen the other side, so that its interpolation, continued a little, shows exactly where the
 //!    switch is, and the state there;
-//! 3. this state, projected, becomes an accepted one, just beyond the switch, and the method starts anew from it.
+//! 3. this state, projected, becomes an accepted one, just beyond the switch, and the method starts anew from it; unless
+//!    something stops ([`super::stops`]) before the switch.
 //!
 //! Conditions are looked at where steps are rejected, in those of this procedure, and where one changes there and back within
 //! a step ([`super::enclosure`]): switches that error control does not notice (abs, min and max often meet smoothly) do not end
@@ -23,6 +24,7 @@ use super::Watched;
 use super::enclosure::{Enclosure, Found, Jump};
 use super::interpolation::Interpolation;
 use super::run::{Run, Trouble};
+use super::stops::Stops;
 
 /// Accuracy of the first location, as a share of the step.
 const ROUGH: f64 = 0.01;
@@ -352,13 +354,14 @@ impl Events {
         Ok(Some(end))
     }
 
-    /// A step from the time `start` to the state `y` is accepted. `interpolate` writes the state at a share of it, which may
-    /// be above 1.
+    /// A step from the time `start` to the state `y` is accepted, and nothing stops within it. `interpolate` writes the state at a
+    /// share of it, which may be above 1.
     pub(super) fn accepted(
         &mut self,
         run: &mut Run<'_>,
         y: &mut [f64],
         start: f64,
+        stops: &mut Stops,
         interpolate: impl Fn(f64, &mut [f64]),
     ) -> Result<Next, Trouble> {
         let wanted = self.wanted.take();
@@ -389,6 +392,14 @@ impl Events {
         let located = self.locate(run, (start, h), (1.0, furthest), width, &interpolate)?;
         let Some((_, share)) = located else { return Ok(Next::Plain) };
         if share - 1.0 <= self.reach {
+            let step = Interpolation { start, h, degree: 0, seen: &[], at: &interpolate };
+            if let Some(stop) = stops.ahead(run, &step, share)? {
+                // The next step ends between both, so that the stop is found in it.
+                let end = start + 0.5 * (stop + share) * h;
+                if share - stop > width && end - t >= run.smallest_step() {
+                    return Ok(Next::EndAt(end));
+                }
+            }
             return self.cross(run, y, (start, h), share, width, pending, interpolate);
         }
         if pending.tries >= MOST_TRIES {

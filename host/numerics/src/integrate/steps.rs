@@ -261,7 +261,7 @@ pub(super) fn adaptive_steps(
                     stops.forget();
                 }
                 h = method.size_after_acceptance(tried, h, error);
-                let next = events.accepted(run, y, start, |share, out| method.interpolate(share, out))?;
+                let next = events.accepted(run, y, start, &mut stops, |share, out| method.interpolate(share, out))?;
                 if !matches!(next, Next::Plain) {
                     stops.forget();
                 }

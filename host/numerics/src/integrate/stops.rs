@@ -165,6 +165,33 @@ impl Stops {
         Ok(Verdict::Pass)
     }
 
+    /// Where the first of them becomes negative on the continuation of the last step beyond its end, which the interpolation shows,
+    /// up to the share `to`.
+    pub(super) fn ahead(
+        &mut self,
+        run: &mut Run<'_>,
+        step: &Interpolation<'_>,
+        to: f64,
+    ) -> Result<Option<f64>, Trouble> {
+        if !self.is_needed() {
+            return Ok(None);
+        }
+        self.least.copy_from_slice(&self.least_at_start);
+        self.look_at(run, step, 1.0)?;
+        let mut before = (1.0, self.values.clone());
+        for place in PLACES {
+            let share = 1.0 + place * (to - 1.0);
+            self.look_at(run, step, share)?;
+            if self.is_beyond() {
+                let beyond = (share, self.values.clone());
+                return self.locate(run, step, before, beyond).map(Some);
+            }
+            before = (share, self.values.clone());
+            self.note_positive();
+        }
+        Ok(None)
+    }
+
     /// The step was made final and something else changed since: what is known of its end does not hold.
     pub(super) fn forget(&mut self) {
         self.known_at = None;

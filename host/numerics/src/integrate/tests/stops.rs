@@ -144,3 +144,50 @@ fn what_is_just_below_zero_does_not_hide_another_stop() {
         assert!(stopped && (t - 1e-11).abs() < 1e-14 && y < 0.0, "{method}: {t:e} {y:e}");
     }
 }
+
+/// What slows down, and the more so as soon as it goes backwards; the integration ends at a time.
+struct Turning {
+    until: f64,
+}
+
+impl System for Turning {
+    fn dim(&self) -> usize {
+        1
+    }
+    fn rhs(&mut self, _: f64, y: &[f64], dy: &mut [f64]) -> Result<(), Failure> {
+        dy[0] = -3.0 + 2.0 * y[0].min(0.0);
+        Ok(())
+    }
+    fn error_norm(&mut self, _: &[f64], _: &[f64], error: &[f64]) -> f64 {
+        error[0].abs() / 1e-10
+    }
+    fn conditions(&self) -> usize {
+        1
+    }
+    fn switching(&mut self, _: f64, y: &[f64], values: &mut [f64]) -> Result<(), Failure> {
+        values[0] = y[0];
+        Ok(())
+    }
+    fn stops(&self) -> usize {
+        1
+    }
+    fn stopping(&mut self, t: f64, _: &[f64], values: &mut [f64]) -> Result<(), Failure> {
+        values[0] = self.until - t;
+        Ok(())
+    }
+}
+
+/// A step that ends short of a switch is continued across it, but not across a stop before the switch.
+#[test]
+fn they_end_there_short_of_a_switch_too() {
+    for method in ["dop853", "dopri5", "radau5", "radau9", "auto"] {
+        for between in (0..400).map(|k| 0.5 * 0.95_f64.powi(k)) {
+            let mut system = Turning { until: 0.5 };
+            let span = Span { t_start: 0.0, t_end: 1.5, sample_times: &[] };
+            let mut y = [3.0 * (0.5 + between)];
+            let outcome = by_name(method).unwrap().integrate(&mut system, &mut y, &span, &Options::default()).unwrap();
+            let Status::StoppedEarly { reason: StopReason::Event, t } = outcome.status else { panic!("{method}") };
+            assert!((t - 0.5).abs() < 1e-12 && (y[0] - 3.0 * between).abs() < 1e-11, "{method} {between:e}: {t} {y:?}");
+        }
+    }
+}
