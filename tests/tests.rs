@@ -156,6 +156,7 @@ mod stress;
 mod stubborn;
 mod study;
 mod support;
+mod travelling;
 mod turntable;
 mod unknowns;
 mod verification;

@@ -9,28 +9,28 @@
 //! ```text
 //! e = (u_i, theta_i, q)    u_i = A^T (p_i - p_0) - (X_i - X_0)    theta_i = rotation vector of A^T A_i    i = 1, 2, ...    (1)
 //! V = e . K e / 2 - m g . (p_0 + A c)      load = K (e + tau e')                                                        (2)
-//! w = (A^T v_i, A^T omega_i, q')  of all frames, 0 too      T = w . M w / 2                                                (3)
+//! w = (A^T v_i, A^T omega_0 + theta_i', q')  of all frames, 0 too      T = w . M w / 2 + P . (v - P / (2 m))                (3)
+//! P = sum over k of omega x m_k e_k - m_k (omega x u)_k      omega = A^T omega_0
 //! ```
 //!
-//! K without the rows of frame 0, which equilibrium gives; m and c, mass and its centre, from M. Loads on the frames and the accelerations
-//! q'' follow from (2) and (3) by differentiation: a change of axes of M with frame 0 included, so that energy, momentum and angular
+//! P is the momentum of the deformation as it turns with frame 0, as far as w has it not (modes do not turn in M), m_k the momentum of a
+//! unit of e_k', from M, and v the velocity of the centre of mass in axes of frame 0: by Koenig's theorem the whole mass moves as its centre,
+//! and what an observer sees does not depend on his velocity. K without the rows of frame 0, which equilibrium gives; m and c, mass and its
+//! centre, from M. Loads on the frames and the accelerations q'' follow from (2) and (3) by differentiation: a change of axes of M with frame 0 included, so that energy, momentum and angular
 //! momentum are those of (3) exactly. (Craig & Bampton, AIAA Journal 6, 1968; superelements carried by a frame: Cardona & Geradin,
 //! International Journal for Numerical Methods in Engineering 32, 1991.)
 //!
 //! Valid for small deformations: displacements small beside the body's size, rotations below about 0.1 rad; the check `small` warns. What
-//! modes between interfaces add to the inertia of rotation is left out (a blade that bends in the plane in which it turns is softened by that). So is, in (3),
-//! that the deformation turns with frame 0: what travels with v0 and turns with omega is loaded as by another acceleration, off by the order of omega x v0.
-//! Where frame 0 is not next to the axis about which the body turns (a vehicle in a bend, a connecting rod), deformations are wrong by as much: on a steady
-//! turn the tip of a cantilever along the way bends by m a L^3 / (6 E I) instead of m a L^3 / (8 E I). Put frame 0 where the body turns about. So is stiffening
+//! modes between interfaces add to the inertia of rotation is left out (a blade that bends in the plane in which it turns is softened by that). So is stiffening
 //! by axial forces, unless `geometric` gives it: a blade becomes stiffer as it turns, since its lines shorten as they bend, against the
-//! centrifugal force. With v and omega of frame 0 in its own axes, and the geometric stiffness G_k of the structure, held at frame 0, in a
+//! centrifugal force. With the geometric stiffness G_k of the structure, held at frame 0, in a
 //! uniform acceleration of frame 0 of 1 m/s^2 along -k (mass forces along k), and C_ab the part in omega_a omega_b of that in a rotation,
 //!
 //! ```text
 //! S_k = -e . G_k e / 2      T + v . (omega x S + S') - sum of omega_a omega_b e . C_ab e / 2      V - g . A S       (4)
 //! ```
 //!
-//! and w has A^T omega_0 + theta_i' for A^T omega_i, which differ by as much. `radau5` takes small steps with (4); prefer `dop853`.
+//! `radau5` takes small steps with (4); prefer `dop853`.
 //! This is the mass of the body itself: forces at the interfaces do not stiffen it. (Geometric stiffness of inertia loads: Przemieniecki, Theory of
 //! Matrix Structural Analysis, 1968, ch. 15; Wallrapp & Schwertassek, International Journal for Numerical Methods in Engineering 32, 1991.)
 //!
@@ -233,12 +233,57 @@ impl ModalBody {
 
     /// The kinetic energy, with w of (3).
     fn energy<S: Scalar>(&self, at: &Motion<'_, S>, w: &[S]) -> S {
-        let energy = self.data.mass.form(w) * 0.5;
-        if self.data.stiffening.is_none() {
-            return energy;
+        let (deformed, omega) = (self.deformed(at), three(w, 3));
+        let turned = self.turned(&deformed.e, omega);
+        let whole = self.momentum(&deformed, w) - turned * S::from(0.5);
+        let energy = self.data.mass.form(w) * 0.5 + turned.dot(&whole) * (1.0 / self.data.mass_of_all);
+        let shortened = self.shortened(&deformed);
+        shortened.map_or(energy, |shortened| energy + shortened.energy(three(w, 0), omega))
+    }
+
+    /// P of (3).
+    fn turned<S: Scalar>(&self, e: &[S], omega: Vec3<S>) -> Vec3<S> {
+        let mut momentum = omega.cross(&self.moment(e));
+        for i in 1..self.data.points.len() {
+            for (carried, turning) in self.data.carried[6 * i..].iter().zip(omega.cross(&three(e, 6 * i)).iter()) {
+                momentum -= Vec3::from(carried.map(|carried| *turning * carried));
+            }
         }
-        let shortened = self.shortened(&self.deformed(at));
-        shortened.map_or(energy, |shortened| energy + shortened.energy(three(w, 0), three(w, 3)))
+        momentum
+    }
+
+    /// m v of (3).
+    fn momentum<S: Scalar>(&self, deformed: &Deformed<S>, w: &[S]) -> Vec3<S> {
+        let carrying =
+            three(w, 0) * S::from(self.data.mass_of_all) + three(w, 3).cross(&self.whole_moment(&deformed.e));
+        carrying + self.moment(&deformed.rate)
+    }
+
+    /// What the second term of T in (3) adds to the angular momentum about frame 0.
+    fn turned_angular<S: Scalar>(&self, deformed: &Deformed<S>, w: &[S]) -> Vec3<S> {
+        let e = &deformed.e;
+        let whole = self.momentum(deformed, w);
+        let (mean, without) = (S::from(1.0 / self.data.mass_of_all), whole - self.turned(e, three(w, 3)));
+        let mut angular = self.whole_moment(e).cross(&whole) * mean;
+        angular -= self.whole_moment(&[]).cross(&without) * mean;
+        for i in 1..self.data.points.len() {
+            let row = |k: usize| Vec3::from(self.data.carried[6 * i + k].map(S::from)).dot(&without) * mean;
+            angular -= three(e, 6 * i).cross(&Vec3::new(row(0), row(1), row(2)));
+        }
+        angular
+    }
+
+    /// Mass times the centre of mass, against frame 0.
+    fn whole_moment<S: Scalar>(&self, e: &[S]) -> Vec3<S> {
+        Vec3::from(self.data.centre.map(|c| S::from(c * self.data.mass_of_all))) + self.moment(e)
+    }
+
+    /// The deformation's part in it; of rates, that in the momentum.
+    fn moment<S: Scalar>(&self, e: &[S]) -> Vec3<S> {
+        let parts = e.iter().zip(&self.data.carried).skip(6);
+        parts.fold(Vec3::from_element(S::zero()), |sum, (e, carried)| {
+            sum + Vec3::from(carried.map(|carried| *e * carried))
+        })
     }
 
     /// (1)
@@ -288,10 +333,7 @@ impl ModalBody {
     /// The centre of mass, ground.
     fn centre<S: Scalar>(&self, at: &Motion<'_, S>, deformed: &Deformed<S>) -> Vec3<S> {
         let first = &at.frames()[0];
-        let mut centre = Vec3::from(self.data.centre.map(S::from));
-        for (e, carried) in deformed.e.iter().zip(&self.data.carried) {
-            centre += Vec3::from(carried.map(|carried| *e * (carried / self.data.mass_of_all)));
-        }
+        let mut centre = self.whole_moment(&deformed.e) * S::from(1.0 / self.data.mass_of_all);
         if let Some(shortened) = self.shortened(deformed) {
             centre += shortened.first * S::from(1.0 / self.data.mass_of_all);
         }
@@ -305,10 +347,9 @@ impl ModalBody {
         let mut w = Vec::new();
         for (i, twist) in at.twists.iter().enumerate() {
             w.extend(rotation.tr_mul(&twist.velocity).iter());
-            // With terms of second order, the shapes that M was made with move at the rates of rotation vectors.
+            // The shapes that M was made with move at the rates of rotation vectors.
             let turning = match i {
                 0 => carrying,
-                _ if self.data.stiffening.is_none() => rotation.tr_mul(&twist.angular_velocity),
                 _ => {
                     let theta = blocks::rotation_vector(&at.frames()[0], &at.frames()[i]);
                     carrying + blocks::rotation_vector_rate(theta, rotation.tr_mul(&(twist.angular_velocity - spin)))
@@ -361,9 +402,14 @@ impl Force for ModalBody {
         let momenta = self.data.mass.product(&w);
         let rotation = at.frames()[0].rotation;
         let (mut momentum, mut angular) = (Vec3::from_element(S::zero()), Vec3::from_element(S::zero()));
-        let shortened = self.data.stiffening.as_ref().and_then(|_| self.shortened(&self.deformed(at)));
+        let deformed = self.deformed(at);
+        let shortened = self.shortened(&deformed);
         for (i, frame) in at.frames().iter().enumerate() {
             let (mut linear, mut about) = (three(&momenta, 6 * i), three(&momenta, 6 * i + 3));
+            if i == 0 {
+                linear += self.turned(&deformed.e, three(&w, 3));
+                about += self.turned_angular(&deformed, &w);
+            }
             if let Some(shortened) = shortened.as_ref().filter(|_| i == 0) {
                 linear += shortened.momentum(three(&w, 3));
                 about += shortened.angular(three(&w, 0), three(&w, 3));
