@@ -309,3 +309,83 @@ fn what_has_no_freedom_left_has_no_modes_and_is_linearised() {
     assert_eq!((found.modes.len(), unsteadiness), (0, 0.0));
     assert_ne!(found.stability, Stability::Frozen);
 }
+
+/// Ziegler's column: two links on springs, pushed along the second one. It flutters from P = 2 on; the stiff clamp of the tip leaves
+/// eigenvalues less certain than that.
+const COLUMN: &str = r#"
+[plugins]
+libraries = ["joints", "forces"]
+[parameters]
+P = 2.2
+[simulation]
+t_end = 1
+output_step = 0.1
+[[body]]
+name = "first"
+mass = 1
+inertia = [0.01, 0.01, 0.01]
+com = [1, 0, 0]
+[[body]]
+name = "second"
+mass = 1
+inertia = [0.01, 0.01, 0.01]
+com = [1, 0, 0]
+position = [1, 0, 0]
+[[body]]
+name = "tip"
+mass = 0.001
+inertia = [1e-5, 1e-5, 1e-5]
+position = [2, 0, 0]
+[[joint]]
+name = "foot"
+type = "revolute"
+bodies = ["ground", "first"]
+point = [0, 0, 0]
+[[joint]]
+name = "knee"
+type = "revolute"
+bodies = ["first", "second"]
+point = [1, 0, 0]
+[[force]]
+name = "foot_spring"
+type = "rotational-spring-damper"
+bodies = ["ground", "first"]
+point = [0, 0, 0]
+params.stiffness = 1
+[[force]]
+name = "knee_spring"
+type = "rotational-spring-damper"
+bodies = ["first", "second"]
+point = [1, 0, 0]
+params.stiffness = 1
+[[force]]
+name = "clamp"
+type = "bushing"
+bodies = ["second", "tip"]
+point = [2, 0, 0]
+params = { stiffness = [2e7, 2e7, 2e7], rotational_stiffness = [2e7, 2e7, 2e7] }
+[[force]]
+name = "thrust"
+type = "vector-force"
+bodies = ["ground", "second"]
+point = [2, 0, 0]
+axis = [0, 0, 1]
+x_axis = [1, 0, 0]
+params = { x = "-P", follower = true }
+"#;
+
+#[test]
+fn growth_within_round_off_is_not_decided() {
+    let scratch = Scratch::new();
+    let path = scratch.file("scene.toml", COLUMN);
+    let slowest = |sets: &[&str]| {
+        let modes = modes(&path, sets).0;
+        let grows = modes.modes.iter().take(2).map(|mode| mode.real).fold(f64::NEG_INFINITY, f64::max);
+        (modes.stability, grows, modes.modes[0].uncertainty)
+    };
+    let (stability, grows, uncertainty) = slowest(&["P=2.2"]);
+    assert!((grows - 0.32).abs() < 1e-4 && grows < uncertainty, "{grows} {uncertainty}");
+    assert_eq!(stability, Stability::Undecided);
+    assert_eq!(slowest(&["P=3"]).0, Stability::Unstable);
+    assert_eq!(slowest(&["P=1.5"]).0, Stability::Undamped);
+}

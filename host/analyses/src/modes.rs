@@ -14,6 +14,8 @@ use crate::session::{Session, SessionError};
 const RESIDUAL: f64 = 1e-10;
 /// On what round-off does to an eigenvalue to first order: a pair that it makes of a double one is off by twice that.
 const MARGIN: f64 = 2.0;
+/// Share of an eigenvalue above which a real part is growth that is not decided rather than the round-off of a mode without damping.
+const GROWS: f64 = 1e-4;
 /// Share of the slowest eigenvalue from which on a linear model changes too fast for them.
 const SLOW: f64 = 1e-3;
 /// Shares below this are not reported.
@@ -29,7 +31,8 @@ pub enum Stability {
     Stable,
     /// Nothing grows and nothing is zero, but some modes do not decay: stable where loads have a potential.
     Undamped,
-    /// Some eigenvalues are zero, or so near to it that round-off decides: to first order nothing can be said.
+    /// Some eigenvalues are zero, or so near to it that round-off decides, or grow by no more than round-off may have moved them: to
+    /// first order nothing can be said.
     Undecided,
     /// Rows on velocities, as those of friction that sticks, hold what is neutral: places next to this rest as well. All modes decay,
     /// and what leaves the place comes to rest near it.
@@ -51,7 +54,9 @@ impl Stability {
             Self::Frozen => {
                 "frozen: coefficients change along the motion, and eigenvalues of an instant do not say what grows"
             }
-            Self::Undecided => "not decided: no mode grows, some are zero (neutral directions, or within round-off)",
+            Self::Undecided => {
+                "not decided: no mode grows beyond round-off, some are zero or may grow (neutral directions, or within round-off)"
+            }
         }
     }
 }
@@ -198,6 +203,7 @@ impl Modes {
             });
         }
         let open = |mode: &Mode| mode.real.hypot(mode.imaginary) <= mode.uncertainty;
+        let may_grow = |mode: &Mode| !mode.decided && mode.real > GROWS * mode.real.hypot(mode.imaginary);
         let (free, held) = neutral(linear, &found.null, length);
         let zeros_are_held = found.zeros == held.ncols();
         let slowest = modes.iter().map(|mode| mode.real.hypot(mode.imaginary)).fold(f64::INFINITY, f64::min);
@@ -205,7 +211,9 @@ impl Modes {
             Stability::Frozen
         } else if modes.iter().any(|mode| mode.decided && mode.real > 0.0) {
             Stability::Unstable
-        } else if !zeros_are_held || modes.iter().any(|mode| open(mode) || mode.imaginary == 0.0 && !mode.decided) {
+        } else if !zeros_are_held
+            || modes.iter().any(|mode| open(mode) || may_grow(mode) || mode.imaginary == 0.0 && !mode.decided)
+        {
             Stability::Undecided
         } else if !modes.iter().all(|mode| mode.decided) {
             Stability::Undamped
