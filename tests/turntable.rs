@@ -59,7 +59,7 @@ fn implicit_methods_follow_what_begins_to_slide() {
     let exact = run(TEXT, &["simulation.tolerance=1e-12", "simulation.method=\"radau9\""]);
     let explicit = run(TEXT, &["simulation.tolerance=1e-9"]);
     let off = |report: &RunReport, other: &RunReport| {
-        let one = |name| column(report, name).into_iter().zip(column(other, name)).map(|(a, b)| (a - b).abs());
+        let one = |name| column(report, name).iter().zip(column(other, name)).map(|(a, b)| (a - b).abs());
         one("x").chain(one("v")).fold(0.0, f64::max)
     };
     assert!(off(&explicit, &exact) < 1e-8, "{:e}", off(&explicit, &exact));
