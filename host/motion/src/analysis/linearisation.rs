@@ -174,20 +174,24 @@ impl Linearisation {
             } else {
                 (power + 1, columns, power + 1 + columns)
             };
+            let residual = |function: u32| (function as usize).checked_sub(first).filter(|number| *number < count);
+            let is_loaded = along.iter().any(|(function, value)| residual(*function).is_some() && *value != 0.0);
+            if is_loaded {
+                self.right.fill(0.0);
+            }
             let mut work = 0.0;
-            self.right.fill(0.0);
             solved.clear();
             for (function, value) in along.iter() {
                 let number = *function as usize;
-                if (first..first + count).contains(&number) {
-                    self.right[number - first] = *value;
+                if let Some(place) = residual(*function) {
+                    self.right[place] = *value;
                 } else if (power - self.states..power).contains(&number) {
                     solved.push((*function, *value));
                 } else if number == power_at {
                     work = *value;
                 }
             }
-            if self.right.iter().any(|value| *value != 0.0) {
+            if is_loaded {
                 let (loads, gammas) = self.right.split_at(columns);
                 solve(loads, gammas, &mut self.accelerations, &mut self.multipliers)?;
                 let accelerations = self.accelerations.iter().enumerate().map(|(k, value)| (k as u32, *value));
@@ -243,7 +247,8 @@ impl Linearisation {
                 continue;
             }
             self.closing.solve(&right, &mut follows)?;
-            for ((change, unit), of_coupled) in follows.iter().zip(&units).zip(&*of_coupled) {
+            let changes = follows.iter().zip(&units).zip(&*of_coupled).filter(|((change, _), _)| **change != 0.0);
+            for ((change, unit), of_coupled) in changes {
                 let own = of_coupled.iter().filter(|(function, _)| place(*function).is_none());
                 along.extend(own.map(|(function, value)| (*function, change * unit * value)));
             }
