@@ -25,7 +25,7 @@ const SAVED: [(&str, &str, f64, f64); 6] = [
     ("bump-stop", "dopri5", 0.95, 0.1),
     ("bump-stop", "radau5", 0.96, 1.0),
     ("integral", "dop853", 0.6, 1.0),
-    ("integral", "radau5", 0.86, 0.01),
+    ("integral", "radau5", 0.86, 0.05),
     ("pid-limits", "dop853", 0.9, 1.1),
 ];
 

@@ -189,11 +189,12 @@ impl Control {
         self.convergence = 1.0;
     }
 
-    /// What is expected of the convergence of a step of this size before it is seen: that of the last step (programs RADAU5 and RADAU),
-    /// nothing of one that is longer.
+    /// What is expected of the convergence of a step of this size before it is seen: that of the last step (programs RADAU5 and RADAU), of
+    /// one that is longer no better than lets a Jacobian be kept.
     pub(super) fn expect_convergence(&mut self, h: f64) {
         let is_longer = self.polynomial_of.is_some_and(|last| h > KEEP_STEP[1] * last);
-        self.convergence = if is_longer { 1.0 } else { self.convergence.max(f64::EPSILON).powf(0.8) };
+        let best = if is_longer { KEEP_JACOBIAN } else { 0.0 };
+        self.convergence = self.convergence.max(f64::EPSILON).powf(0.8).max(best);
     }
 
     /// The iterations failed; where the Jacobian is one of another state, a new one is taken.
