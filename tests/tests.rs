@@ -49,6 +49,7 @@
 //! | `orientations.rs` | Euler parameters as signals: modes, linear models, kinematics, inverse dynamics against closed forms |
 //! | `closed_forms.rs` | derivatives of verification scenes are those of the closed forms that these state |
 //! | `sensitivities.rs` | derivatives by numbers of scenes: closed forms, both formulations, through contacts |
+//! | `unaffected.rs` | outputs and figures that a number does not change |
 //! | `fits.rs` | numbers from measurements: known ones are found within their intervals, what is open is named |
 //! | `import.rs` | robots of URDF and MJCF files accelerate as in MuJoCo; loops close; what is left out is said |
 //! | `fed_back.rs` | what gives efforts of inverse dynamics back to scenes, by tables over time |
@@ -158,6 +159,7 @@ mod study;
 mod support;
 mod travelling;
 mod turntable;
+mod unaffected;
 mod unknowns;
 mod verification;
 mod versions;

@@ -281,7 +281,7 @@ fn assemble(
     }
     for (parameter, found) in parameters.iter().zip(found) {
         let p = parameter.value;
-        let size = |derivative: f64| if p == 0.0 { derivative } else { derivative * p };
+        let size = |derivative: f64| if p == 0.0 { derivative } else { derivative * p.abs() };
         for (k, figure) in wanted.figures.iter().enumerate() {
             let (figure, at) = (&report.summary.figures[*figure], wanted.outputs.len() * samples + k);
             let (derivative, error) = (found.derivative[at], found.error[at]);

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::runs::{Done, Kind, Nominal, Variants, Way};
-use super::{Parameter, Request, Stencil, Wanted};
+use super::{Parameter, Request, Stencil, Wanted, is_none};
 use crate::diagnostics::{Diagnostic, codes};
 use crate::pool;
 use crate::results::Remedy;
@@ -256,8 +256,12 @@ impl Search<'_> {
                 level = level.max(rows[0][k].abs());
                 errors = [errors[0].max((d6 - d4).abs()), errors[1].max((d4 - d2).abs())];
             }
-            let size = size.max(LEAST * level / base(parameter.value));
-            if size > 0.0 { errors.map(|error| error / size) } else { [0.0; 2] }
+            let base = base(parameter.value);
+            let least = errors[0].max(ROUND_OFF * level / step);
+            // What the number does not change is nothing but round-off, which grows smaller with every larger step.
+            let none = is_none(size * base, least * base, level);
+            let size = size.max(LEAST * level / base);
+            if size > 0.0 && !none { errors.map(|error| error / size) } else { [0.0; 2] }
         });
         let errors = errors.collect();
         Round { share, stencil, errors, marked, values }
