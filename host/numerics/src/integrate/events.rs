@@ -392,11 +392,13 @@ impl Events {
         let located = self.locate(run, (start, h), (1.0, furthest), width, &interpolate)?;
         let Some((_, share)) = located else { return Ok(Next::Plain) };
         if share - 1.0 <= self.reach {
-            let step = Interpolation { start, h, degree: 0, seen: &[], at: &interpolate };
-            if let Some(stop) = stops.ahead(run, &step, share)? {
+            let beyond = share - 1.0;
+            let at = |part: f64, out: &mut [f64]| interpolate(1.0 + part * beyond, out);
+            let step = Interpolation { start: t, h: beyond * h, degree: 0, seen: &[], at: &at };
+            if let Some(stop) = stops.ahead(run, &step)? {
                 // The next step ends between both, so that the stop is found in it.
-                let end = start + 0.5 * (stop + share) * h;
-                if share - stop > width && end - t >= run.smallest_step() {
+                let end = t + 0.5 * (stop + 1.0) * step.h;
+                if (1.0 - stop) * beyond > width && end - t >= run.smallest_step() {
                     return Ok(Next::EndAt(end));
                 }
             }

@@ -165,31 +165,18 @@ impl Stops {
         Ok(Verdict::Pass)
     }
 
-    /// Where the first of them becomes negative on the continuation of the last step beyond its end, which the interpolation shows,
-    /// up to the share `to`.
-    pub(super) fn ahead(
-        &mut self,
-        run: &mut Run<'_>,
-        step: &Interpolation<'_>,
-        to: f64,
-    ) -> Result<Option<f64>, Trouble> {
+    /// The share at which the first of them becomes negative of what continues the last step as if it were a step.
+    pub(super) fn ahead(&mut self, run: &mut Run<'_>, step: &Interpolation<'_>) -> Result<Option<f64>, Trouble> {
         if !self.is_needed() {
             return Ok(None);
         }
         self.least.copy_from_slice(&self.least_at_start);
-        self.look_at(run, step, 1.0)?;
-        let mut before = (1.0, self.values.clone());
-        for place in PLACES {
-            let share = 1.0 + place * (to - 1.0);
-            self.look_at(run, step, share)?;
-            if self.is_beyond() {
-                let beyond = (share, self.values.clone());
-                return self.locate(run, step, before, beyond).map(Some);
-            }
-            before = (share, self.values.clone());
-            self.note_positive();
+        if self.known_at != Some(step.start) {
+            self.look_at(run, step, 0.0)?;
+            self.first.copy_from_slice(&self.values);
         }
-        Ok(None)
+        let passage = self.passage(run, step)?;
+        passage.map(|(from, to)| self.locate(run, step, from, to)).transpose()
     }
 
     /// The step was made final and something else changed since: what is known of its end does not hold.
