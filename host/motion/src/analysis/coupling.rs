@@ -12,13 +12,11 @@ use std::ops::Range;
 
 use element_api::ElementSet;
 
+use super::closing::{Closing, largest, solved_at, units};
 use super::formulation::{AnalysisError, Counters, Guess};
-use crate::linalg::FullPivLu;
 use crate::plan::Layout;
 use crate::program::{Equations, Node, Program, Used, Workspace};
 
-/// Share of the largest pivot of I - F_z up to which a pivot is zero.
-pub(super) const CLOSED: f64 = 1e-14;
 /// Iterations before a scene counts as having no solution.
 pub(super) const MOST_ITERATIONS: usize = 60;
 /// Change of z at which it counts as found, as a share of what the same body's accelerations or the same joint's multipliers
@@ -65,11 +63,11 @@ pub(super) struct Coupling {
     slots: Vec<usize>,
     /// The slots of the body's accelerations or the joint's multipliers that each of `slots` belongs to.
     peers: Vec<Range<usize>>,
-    accelerations: Range<usize>,
-    multipliers: Range<usize>,
+    /// Accelerations and multipliers among the inputs.
+    solved: [Range<usize>; 2],
     z: Vec<f64>,
     step: Vec<f64>,
-    matrix: FullPivLu,
+    closing: Closing,
     /// Whether `z` holds a solution to start from.
     started: bool,
     /// Whether F is linear. Newton's step then is exact unless I - F_z is singular, and what is left of the difference is round-off of
@@ -91,15 +89,13 @@ impl Coupling {
     /// For inputs at these slots.
     pub(super) fn new(slots: Vec<usize>, linear: bool, layout: &Layout) -> Self {
         let n = slots.len();
-        let [accelerations, multipliers] = layout.solved();
         Self {
             peers: slots.iter().map(|slot| layout.solved_peers(*slot)).collect(),
             slots,
-            accelerations,
-            multipliers,
+            solved: layout.solved(),
             z: vec![0.0; n],
             step: vec![0.0; n],
-            matrix: FullPivLu::new(n, CLOSED),
+            closing: Closing::new(n),
             started: false,
             linear,
             iteration: 0,
@@ -114,9 +110,8 @@ impl Coupling {
     /// of that, what a step of its own size changes of F is round-off. Where F is not linear, of the largest of z.
     pub(super) fn steps(&self, inputs: &[f64], share: f64) -> Vec<f64> {
         let of_z = largest(&self.z);
-        let [accelerations, multipliers] =
-            [&self.accelerations, &self.multipliers].map(|all| largest(&inputs[all.clone()]));
-        let size = |slot: &usize| match (self.linear, *slot >= self.multipliers.start) {
+        let [accelerations, multipliers] = self.solved.each_ref().map(|all| largest(&inputs[all.clone()]));
+        let size = |slot: &usize| match (self.linear, *slot >= self.solved[1].start) {
             (false, _) => of_z,
             (true, true) => multipliers,
             (true, false) => accelerations,
@@ -165,7 +160,7 @@ impl Coupling {
         slopes: impl FnOnce(&mut [f64], &mut [f64]) -> Result<(), AnalysisError>,
     ) -> Result<bool, AnalysisError> {
         let Change { own: change, whole, plain } = self.change(inputs);
-        let regular = self.matrix.rank() == self.slots.len();
+        let regular = self.closing.is_regular();
         // A step from far off leaves its own round-off, which is a share of what it was and nothing of what is solved for.
         let falls = plain.iter().zip(&self.least).any(|(now, least)| *now < FALLS * least);
         let same = self.slots.iter().zip(&self.found).all(|(slot, was)| inputs[*slot] == *was);
@@ -204,19 +199,9 @@ impl Coupling {
         inputs: &mut [f64],
         slopes: impl FnOnce(&mut [f64], &mut [f64]) -> Result<(), AnalysisError>,
     ) -> Result<(), AnalysisError> {
-        let n = self.slots.len();
-        let sizes = units(&self.slots, &[self.accelerations.clone(), self.multipliers.clone()], inputs);
-        slopes(inputs, self.matrix.entries_mut())?;
-        let entries = self.matrix.entries_mut();
-        for (column, along) in entries.chunks_exact_mut(n).zip(&sizes) {
-            column.iter_mut().zip(&sizes).for_each(|(entry, of)| *entry *= -(along / of));
-        }
-        entries.iter_mut().step_by(n + 1).for_each(|entry| *entry += 1.0);
-        if entries.iter().all(|x| x.is_finite()) {
-            let difference: Vec<f64> = self.step.iter().zip(&sizes).map(|(step, size)| step / size).collect();
-            self.matrix.factor()?;
-            self.matrix.solve(&difference, &mut self.step)?;
-            self.step.iter_mut().zip(&sizes).for_each(|(step, size)| *step *= size);
+        slopes(inputs, self.closing.slopes_mut())?;
+        if self.closing.factor(units(&self.slots, &self.solved, inputs))? {
+            self.closing.solve(&mut self.step)?;
         }
         self.z.iter_mut().zip(&self.step).for_each(|(z, step)| *z += step);
         Ok(())
@@ -224,7 +209,7 @@ impl Coupling {
 
     /// Largest difference of F(z) from z; `inputs` hold the solution.
     fn change(&self, inputs: &[f64]) -> Change {
-        let mut most = [&self.accelerations, &self.multipliers].map(|slots| largest(&inputs[slots.clone()]));
+        let mut most = self.solved.each_ref().map(|slots| largest(&inputs[slots.clone()]));
         most[0] = most[0].max(CANCELLED * self.unbalanced);
         let mut change = Change { own: 0.0, whole: 0.0, plain: [0.0; 2] };
         for (k, (slot, z)) in self.slots.iter().zip(&self.z).enumerate() {
@@ -232,7 +217,7 @@ impl Coupling {
             if difference == 0.0 {
                 continue;
             }
-            let kind = usize::from(*slot >= self.multipliers.start);
+            let kind = usize::from(*slot >= self.solved[1].start);
             let own = difference / largest(&inputs[self.peers[k].clone()]);
             let whole = difference / most[kind];
             if own.is_nan() {
@@ -243,17 +228,6 @@ impl Coupling {
         }
         change
     }
-}
-
-/// The units of z in which the largest acceleration and the largest multiplier are one, whatever those of the scene are.
-pub(super) fn units(slots: &[usize], solved: &[Range<usize>; 2], inputs: &[f64]) -> Vec<f64> {
-    let sizes = solved.each_ref().map(|all| largest(&inputs[all.clone()]));
-    let sizes = if sizes.iter().all(|size| *size > f64::MIN_POSITIVE) { sizes } else { [1.0; 2] };
-    slots.iter().map(|slot| sizes[usize::from(*slot >= solved[1].start)]).collect()
-}
-
-fn largest(list: &[f64]) -> f64 {
-    list.iter().fold(f64::MIN_POSITIVE, |most, x| most.max(x.abs()))
 }
 
 /// [`Coupling`] in coordinates of bodies.
@@ -348,19 +322,14 @@ impl BodyCoupling {
             engine.solve(&self.outputs[..self.loads], true, accelerations, multipliers)?;
             self.publish(inputs, engine.rows(), accelerations, multipliers);
             let Self { coupling, outputs, loads, rates, side_accelerations, side_multipliers, .. } = self;
-            let slots = coupling.slots.clone();
-            let (first, rows) = (coupling.accelerations.start, coupling.multipliers.start);
+            let (slots, solved) = (coupling.slots.clone(), coupling.solved.clone());
             let slopes = |_: &mut [f64], matrix: &mut [f64]| {
                 let lambda = &mut side_multipliers[..engine.rows().len()];
                 let of_loads = outputs[*loads + *rates..].chunks_exact(*loads);
                 for (slopes, column) in of_loads.zip(matrix.chunks_exact_mut(slots.len())) {
                     engine.solve(slopes, false, side_accelerations, lambda)?;
                     for (slot, entry) in slots.iter().zip(column) {
-                        *entry = match slot.checked_sub(rows) {
-                            None => side_accelerations[slot - first],
-                            // A row that is not in use has the multiplier zero.
-                            Some(row) => engine.rows().binary_search(&row).map_or(0.0, |k| lambda[k]),
-                        };
+                        *entry = solved_at(*slot, &solved, (engine.rows(), side_accelerations, lambda));
                     }
                 }
                 Ok(())
@@ -388,8 +357,8 @@ impl BodyCoupling {
     }
 
     fn publish(&self, inputs: &mut [f64], rows: &[usize], accelerations: &[f64], multipliers: &[f64]) {
-        inputs[self.coupling.accelerations.clone()].copy_from_slice(accelerations);
-        let slots = self.coupling.multipliers.clone();
+        let [first, slots] = self.coupling.solved.clone();
+        inputs[first].copy_from_slice(accelerations);
         inputs[slots.clone()].fill(0.0);
         for (row, value) in rows.iter().zip(multipliers) {
             inputs[slots.start + row] = *value;
@@ -398,122 +367,4 @@ impl BodyCoupling {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// The second of two multipliers, of which these count.
-    fn of_one(z: f64, multipliers: Range<usize>) -> Coupling {
-        let mut coupling = Coupling {
-            slots: vec![1],
-            peers: std::iter::once(1..2).collect(),
-            accelerations: 2..3,
-            multipliers,
-            z: vec![0.0],
-            step: vec![0.0],
-            matrix: FullPivLu::new(1, 1e-14),
-            started: false,
-            linear: true,
-            iteration: 0,
-            best: f64::INFINITY,
-            least: [f64::INFINITY; 2],
-            found: vec![f64::NAN],
-            unbalanced: 0.0,
-        };
-        coupling.start_from(&Some(vec![z]));
-        coupling
-    }
-
-    /// Iterations until z agrees with F(z), whose derivative `slope` gives for the inputs and the size of the steps along z.
-    fn iterations(coupling: &mut Coupling, solution: impl Fn(f64) -> f64, slope: impl Fn(f64, f64) -> f64) -> usize {
-        let mut inputs = [1.0, 0.0, 1.0];
-        coupling.begin(&mut inputs);
-        loop {
-            let z = inputs[1];
-            inputs[1] = solution(z);
-            let step = coupling.steps(&inputs, 1e-7)[0];
-            let slopes = |_: &mut [f64], matrix: &mut [f64]| {
-                matrix[0] = slope(z, step);
-                Ok(())
-            };
-            let agrees = coupling.advance(&mut inputs, &mut Counters::default(), slopes);
-            if agrees.expect("a solution") {
-                return coupling.iteration;
-            }
-        }
-    }
-
-    /// Where F is nothing to round-off, z is not compared with it without end.
-    #[test]
-    fn a_solution_that_is_nothing_is_found() {
-        let mut coupling = of_one(1e-3, 1..2);
-        // F(z) = 0.06 z, as the difference of what is larger.
-        let count = iterations(&mut coupling, |z| (1.0 + 0.06 * z) - 1.0, |_, _| 0.06);
-        assert!(coupling.z[0].abs() < 1e-15 && count < 10, "{:e}, {count}", coupling.z[0]);
-    }
-
-    /// What is added to something larger does not follow steps of a solution that is nothing, and the rest by itself follows them too far.
-    #[test]
-    fn a_solution_that_is_nothing_is_found_where_only_a_part_follows_it() {
-        let mut coupling = of_one(1.001e-17, 1..2);
-        let solution = |z: f64| (1.0 + 0.74 * z) - 1.0 + (1.58e-17 - 0.58 * z);
-        let count = iterations(&mut coupling, solution, |_, _| 0.74 - 0.58);
-        assert!((coupling.z[0] - 1e-17).abs() < 1e-19 && count < 10, "{:e}, {count}", coupling.z[0]);
-    }
-
-    /// What is but a small part of the solution is not differentiated along steps of its own size.
-    #[test]
-    fn difference_quotients_are_not_round_off_where_a_solution_is_small() {
-        let solution = |z: f64| (1.0 + 1e-9 - 3.0 * z) - 1.0;
-        let mut coupling = of_one(1e-9, 0..2);
-        let count = iterations(&mut coupling, solution, |z, step| (solution(z + step) - solution(z)) / step);
-        assert!((coupling.z[0] - 2.5e-10).abs() < 1e-15 && count < 6, "{:e}, {count}", coupling.z[0]);
-    }
-
-    /// Where the rest of a solution is far off with the first guess, that guess is no small part of the whole.
-    #[test]
-    fn a_first_guess_is_not_taken_for_a_solution() {
-        let exact = 35.0 / 3.0;
-        let mut coupling = of_one(0.0, 0..2);
-        coupling.forget();
-        let mut inputs = [0.0; 3];
-        coupling.begin(&mut inputs);
-        for _ in 0..MOST_ITERATIONS {
-            inputs = [3e11 * (inputs[1] - exact), 17.5 - 0.5 * inputs[1], 1.0];
-            let slopes = |_: &mut [f64], matrix: &mut [f64]| {
-                matrix[0] = -0.5;
-                Ok(())
-            };
-            if coupling.advance(&mut inputs, &mut Counters::default(), slopes).expect("a solution") {
-                break;
-            }
-        }
-        assert!((inputs[1] - exact).abs() < 1e-12, "{inputs:?}");
-    }
-
-    /// An acceleration and a multiplier that depend on each other are found whatever their units are.
-    #[test]
-    fn units_do_not_matter() {
-        for unit in [1.0, 1e12, 1e-12] {
-            // a = 1 + 3 x / u, x = u (2 + a / 2): x = -5 u.
-            let mut coupling = of_one(0.0, 2..3);
-            (coupling.slots, coupling.peers, coupling.accelerations) = (vec![1, 2], vec![1..2, 2..3], 0..2);
-            (coupling.z, coupling.step, coupling.found) = (vec![0.0; 2], vec![0.0; 2], vec![f64::NAN; 2]);
-            coupling.matrix = FullPivLu::new(2, 1e-14);
-            coupling.forget();
-            let mut inputs = [0.0; 3];
-            coupling.begin(&mut inputs);
-            loop {
-                let [_, a, x] = inputs;
-                inputs = [1.0, 1.0 + 3.0 * x / unit, unit * (2.0 + a / 2.0)];
-                let slopes = |_: &mut [f64], matrix: &mut [f64]| {
-                    matrix.copy_from_slice(&[0.0, unit / 2.0, 3.0 / unit, 0.0]);
-                    Ok(())
-                };
-                if coupling.advance(&mut inputs, &mut Counters::default(), slopes).expect("a solution") {
-                    break;
-                }
-            }
-            assert!((inputs[2] / unit + 5.0).abs() < 1e-11, "{unit:e}: {inputs:?}");
-        }
-    }
-}
+mod tests;

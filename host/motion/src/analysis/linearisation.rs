@@ -17,10 +17,9 @@
 
 use std::ops::Range;
 
-use super::coupling::{CLOSED, units};
+use super::closing::{Closing, solved_at, units};
 use super::formulation::{AnalysisError, Entries};
 use super::motion::parameter_rates;
-use crate::linalg::FullPivLu;
 use crate::plan::{Coordinates, Layout};
 use crate::program::{Equations, Graph, JointEquations, Node, Row, Seeds, Sets, Tangents, Used, turned_parameters};
 
@@ -45,8 +44,7 @@ pub(super) struct Linearisation {
     power: usize,
     /// Inputs that are z. Their directions are behind those of the state.
     coupled: Vec<usize>,
-    /// I - F_z.
-    closing: FullPivLu,
+    closing: Closing,
     /// Accelerations and multipliers among the inputs.
     solved: [Range<usize>; 2],
     tangents: Tangents,
@@ -114,7 +112,7 @@ impl Linearisation {
             rows,
             states: layout.states,
             power: solved + layout.states,
-            closing: FullPivLu::new(coupled.len(), CLOSED),
+            closing: Closing::new(coupled.len()),
             coupled,
             solved: layout.solved(),
             along: vec![Vec::new(); directions.len()],
@@ -151,11 +149,7 @@ impl Linearisation {
         self.tangents
             .run(inputs, sets, |direction, function, value| along[direction].push((function as u32, value)))
             .map_err(|(set, fault)| AnalysisError::Element { set, fault })?;
-        if let Some(rows) = self.rows.take() {
-            let solved = self.solve(&rows, times, solve);
-            self.rows = Some(rows);
-            solved?;
-        }
+        self.solve(times, solve)?;
         if !self.coupled.is_empty() && !self.close(inputs)? {
             return Ok(false);
         }
@@ -163,8 +157,10 @@ impl Linearisation {
         Ok(true)
     }
 
-    /// Residuals along each direction become accelerations, and those along z, where loads change alone, as well: F behind the power.
-    fn solve(&mut self, rows: &[usize], times: &[f64], solve: &mut SolveMotion<'_>) -> Result<(), AnalysisError> {
+    /// Residuals along each direction, where there are any, become accelerations; so do those along z, where loads change alone. F is
+    /// behind the power then.
+    fn solve(&mut self, times: &[f64], solve: &mut SolveMotion<'_>) -> Result<(), AnalysisError> {
+        let Some(rows) = &self.rows else { return Ok(()) };
         let (columns, power) = (self.coordinates.columns, self.power);
         let own = self.along.len() - self.coupled.len();
         let mut solved: Vec<Slope> = Vec::new();
@@ -199,12 +195,8 @@ impl Linearisation {
                 // The power of constraints that depend on time: lambda . Phi_t.
                 work += times.iter().zip(&self.multipliers).map(|(time, change)| time * change).sum::<f64>();
                 for (slot, function) in self.coupled.iter().zip(power as u32 + 1..) {
-                    let value = match slot.checked_sub(self.solved[1].start) {
-                        None => self.accelerations[slot - self.solved[0].start],
-                        // A row that is not in use has the multiplier zero.
-                        Some(row) => rows.binary_search(&row).map_or(0.0, |k| self.multipliers[k]),
-                    };
-                    solved.push((function, value));
+                    let found = (&rows[..], &self.accelerations[..], &self.multipliers[..]);
+                    solved.push((function, solved_at(*slot, &self.solved, found)));
                 }
             }
             solved.push((power as u32, work));
@@ -216,41 +208,34 @@ impl Linearisation {
     /// What z follows with, into the derivatives along the directions of the state; `false` where it is not determined.
     fn close(&mut self, inputs: &[f64]) -> Result<bool, AnalysisError> {
         let n = self.coupled.len();
-        let units = units(&self.coupled, &self.solved, inputs);
         let own = self.along.len() - n;
         let (along, of_coupled) = self.along.split_at_mut(own);
         let place = |function: u32| (function as usize).checked_sub(self.power + 1);
-        let entries = self.closing.entries_mut();
-        entries.fill(0.0);
-        for ((column, unit), along) in entries.chunks_exact_mut(n).zip(&units).zip(&*of_coupled) {
+        let slopes = self.closing.slopes_mut();
+        slopes.fill(0.0);
+        for (column, along) in slopes.chunks_exact_mut(n).zip(&*of_coupled) {
             for (k, value) in along.iter().filter_map(|(function, value)| Some((place(*function)?, value))) {
-                column[k] -= value * unit / units[k];
+                column[k] = *value;
             }
         }
-        entries.iter_mut().step_by(n + 1).for_each(|entry| *entry += 1.0);
-        if !entries.iter().all(|entry| entry.is_finite()) {
+        if !self.closing.factor(units(&self.coupled, &self.solved, inputs))? || !self.closing.is_regular() {
             return Ok(false);
         }
-        self.closing.factor()?;
-        if self.closing.rank() < n {
-            return Ok(false);
-        }
-        let (mut right, mut follows) = (vec![0.0; n], vec![0.0; n]);
+        let mut changes = vec![0.0; n];
         for along in along {
-            right.fill(0.0);
+            changes.fill(0.0);
             along.retain(|(function, value)| {
                 let place = place(*function);
-                place.into_iter().for_each(|k| right[k] = value / units[k]);
+                place.into_iter().for_each(|k| changes[k] = *value);
                 place.is_none()
             });
-            if right.iter().all(|value| *value == 0.0) {
+            if changes.iter().all(|value| *value == 0.0) {
                 continue;
             }
-            self.closing.solve(&right, &mut follows)?;
-            let changes = follows.iter().zip(&units).zip(&*of_coupled).filter(|((change, _), _)| **change != 0.0);
-            for ((change, unit), of_coupled) in changes {
+            self.closing.solve(&mut changes)?;
+            for (change, of_coupled) in changes.iter().zip(&*of_coupled).filter(|(change, _)| **change != 0.0) {
                 let own = of_coupled.iter().filter(|(function, _)| place(*function).is_none());
-                along.extend(own.map(|(function, value)| (*function, change * unit * value)));
+                along.extend(own.map(|(function, value)| (*function, change * value)));
             }
         }
         Ok(true)

@@ -24,7 +24,7 @@
 //! | `reference.rs` | the paper's Eq. (6) as printed: the twin and oracle |
 //! | `assembly.rs` | positions and velocities before time starts |
 //! | `conflict.rs` | which joints contradict each other, where not all can be met |
-//! | `coupling.rs` | forces that depend on accelerations and reactions, solved together with them |
+//! | `coupling.rs`, `closing.rs` | forces that depend on accelerations and reactions, solved together with them |
 //! | `constraints.rs` | rows, Jacobian values and violations at a configuration |
 //! | `contact.rs` | unilateral rows where they touch: impacts, and which are closed afterwards |
 //! | `contact/friction.rs` | rows that hold up to a limit: which stick, and where the others slide to |
@@ -35,6 +35,7 @@
 
 mod assembly;
 mod balance;
+mod closing;
 mod conflict;
 mod constraints;
 mod contact;
