@@ -283,6 +283,12 @@ component = "z"
     )
 }
 
+/// The beam of `modal-body-free`, as [`try_text`] reads it, without the checks.
+pub(crate) fn tumbling() -> String {
+    let text = std::fs::read_to_string(root().join("scenes/verification/modal-body-free.toml")).unwrap();
+    text.split("[[check]]").next().unwrap().replace("modal-body-beam.csv", "beam.csv")
+}
+
 /// Modes where a scene starts.
 fn modes(text: &str) -> Modes {
     let scratch = Scratch::new();

@@ -1,10 +1,8 @@
 //! A body that bends, while it travels: deformations are those of an observer who travels along.
 
-use std::fs;
-
 use crate::inertia::craig_bampton::BEAM;
-use crate::inertia::try_text;
-use crate::support::{column, root};
+use crate::inertia::{try_text, tumbling};
+use crate::support::column;
 
 /// A cantilever along its way on a steady turn of radius R about z, driven by its root, with what damps its vibrations.
 fn turn(radius: f64, speed: f64) -> String {
@@ -89,8 +87,7 @@ fn a_cantilever_bends_on_a_turn_as_by_its_weight() {
 
 #[test]
 fn a_beam_tumbles_alike_however_fast_it_travels() {
-    let text = fs::read_to_string(root().join("scenes/verification/modal-body-free.toml")).unwrap();
-    let text = text.split("[[check]]").next().unwrap().replace("modal-body-beam.csv", "beam.csv");
+    let text = tumbling();
     let shown = |text: &str| {
         let shown = "[[output]]\nname = \"a_y\"\nquantity = \"acceleration\"\nof = \"left\"\ncomponent = \"y\"\n";
         let report = try_text(&format!("{text}{shown}"), &["simulation.t_end=0.01"]).unwrap();

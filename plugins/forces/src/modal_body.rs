@@ -16,9 +16,9 @@
 //! P is the momentum of the deformation as it turns with frame 0, as far as w has it not (modes do not turn in M), m_k the momentum of a
 //! unit of e_k', from M, and v the velocity of the centre of mass in axes of frame 0: by Koenig's theorem the whole mass moves as its centre,
 //! and what an observer sees does not depend on his velocity. K without the rows of frame 0, which equilibrium gives; m and c, mass and its
-//! centre, from M. Loads on the frames and the accelerations q'' follow from (2) and (3) by differentiation: a change of axes of M with frame 0 included, so that energy, momentum and angular
-//! momentum are those of (3) exactly. (Craig & Bampton, AIAA Journal 6, 1968; superelements carried by a frame: Cardona & Geradin,
-//! International Journal for Numerical Methods in Engineering 32, 1991.)
+//! centre, from M. Loads on the frames and the accelerations q'' follow from (2) and (3) by differentiation: a change of axes of M with
+//! frame 0 included, so that energy, momentum and angular momentum are those of (3) exactly. (Craig & Bampton, AIAA Journal 6, 1968;
+//! superelements carried by a frame: Cardona & Geradin, International Journal for Numerical Methods in Engineering 32, 1991.)
 //!
 //! Valid for small deformations: displacements small beside the body's size, rotations below about 0.1 rad; the check `small` warns. What
 //! modes between interfaces add to the inertia of rotation is left out (a blade that bends in the plane in which it turns is softened by that). So is stiffening
@@ -232,12 +232,12 @@ impl ModalBody {
     }
 
     /// The kinetic energy, with w of (3).
-    fn energy<S: Scalar>(&self, at: &Motion<'_, S>, w: &[S]) -> S {
-        let (deformed, omega) = (self.deformed(at), three(w, 3));
+    fn energy<S: Scalar>(&self, deformed: &Deformed<S>, w: &[S]) -> S {
+        let omega = three(w, 3);
         let turned = self.turned(&deformed.e, omega);
-        let whole = self.momentum(&deformed, w) - turned * S::from(0.5);
+        let whole = self.momentum(deformed, w) - turned * S::from(0.5);
         let energy = self.data.mass.form(w) * 0.5 + turned.dot(&whole) * (1.0 / self.data.mass_of_all);
-        let shortened = self.shortened(&deformed);
+        let shortened = self.shortened(deformed);
         shortened.map_or(energy, |shortened| energy + shortened.energy(three(w, 0), omega))
     }
 
@@ -260,10 +260,10 @@ impl ModalBody {
     }
 
     /// What the second term of T in (3) adds to the angular momentum about frame 0.
-    fn turned_angular<S: Scalar>(&self, deformed: &Deformed<S>, w: &[S]) -> Vec3<S> {
+    fn turned_angular<S: Scalar>(&self, deformed: &Deformed<S>, w: &[S], turned: Vec3<S>) -> Vec3<S> {
         let e = &deformed.e;
         let whole = self.momentum(deformed, w);
-        let (mean, without) = (S::from(1.0 / self.data.mass_of_all), whole - self.turned(e, three(w, 3)));
+        let (mean, without) = (S::from(1.0 / self.data.mass_of_all), whole - turned);
         let mut angular = self.whole_moment(e).cross(&whole) * mean;
         angular -= self.whole_moment(&[]).cross(&without) * mean;
         for i in 1..self.data.points.len() {
@@ -340,22 +340,14 @@ impl ModalBody {
         first.position + first.rotation * centre
     }
 
-    /// w of (3).
-    fn velocities<S: Scalar>(&self, at: &Motion<'_, S>) -> Vec<S> {
-        let (rotation, spin) = (at.frames()[0].rotation, at.twists[0].angular_velocity);
-        let carrying = rotation.tr_mul(&spin);
+    /// w of (3): the shapes that M was made with move at the rates of rotation vectors.
+    fn velocities<S: Scalar>(&self, at: &Motion<'_, S>, deformed: &Deformed<S>) -> Vec<S> {
+        let rotation = at.frames()[0].rotation;
+        let carrying = rotation.tr_mul(&at.twists[0].angular_velocity);
         let mut w = Vec::new();
         for (i, twist) in at.twists.iter().enumerate() {
-            w.extend(rotation.tr_mul(&twist.velocity).iter());
-            // The shapes that M was made with move at the rates of rotation vectors.
-            let turning = match i {
-                0 => carrying,
-                _ => {
-                    let theta = blocks::rotation_vector(&at.frames()[0], &at.frames()[i]);
-                    carrying + blocks::rotation_vector_rate(theta, rotation.tr_mul(&(twist.angular_velocity - spin)))
-                }
-            };
-            w.extend(turning.iter());
+            let turning = if i == 0 { carrying } else { carrying + three(&deformed.rate, 6 * i + 3) };
+            w.extend(rotation.tr_mul(&twist.velocity).iter().chain(turning.iter()));
         }
         w.extend(&at.states[self.data.modes()..]);
         w
@@ -396,27 +388,27 @@ impl Force for ModalBody {
     }
 
     fn channels<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Values<'_, S>) {
-        out.push(self.data.stiffness.form(&self.deformed(at).e) * 0.5);
-        let w = self.velocities(at);
-        out.push(self.energy(at, &w));
-        let momenta = self.data.mass.product(&w);
+        let deformed = self.deformed(at);
+        out.push(self.data.stiffness.form(&deformed.e) * 0.5);
+        let w = self.velocities(at, &deformed);
+        out.push(self.energy(&deformed, &w));
+        let (velocity, omega) = (three(&w, 0), three(&w, 3));
+        let mut momenta = self.data.mass.product(&w);
+        // What (3) and (4) have beside M is carried by frame 0.
+        let mut carry = |linear: Vec3<S>, about: Vec3<S>| {
+            momenta.iter_mut().zip(linear.iter().chain(about.iter())).for_each(|(momentum, part)| *momentum += *part);
+        };
+        let turned = self.turned(&deformed.e, omega);
+        carry(turned, self.turned_angular(&deformed, &w, turned));
+        if let Some(shortened) = self.shortened(&deformed) {
+            carry(shortened.momentum(omega), shortened.angular(velocity, omega));
+        }
         let rotation = at.frames()[0].rotation;
         let (mut momentum, mut angular) = (Vec3::from_element(S::zero()), Vec3::from_element(S::zero()));
-        let deformed = self.deformed(at);
-        let shortened = self.shortened(&deformed);
         for (i, frame) in at.frames().iter().enumerate() {
-            let (mut linear, mut about) = (three(&momenta, 6 * i), three(&momenta, 6 * i + 3));
-            if i == 0 {
-                linear += self.turned(&deformed.e, three(&w, 3));
-                about += self.turned_angular(&deformed, &w);
-            }
-            if let Some(shortened) = shortened.as_ref().filter(|_| i == 0) {
-                linear += shortened.momentum(three(&w, 3));
-                about += shortened.angular(three(&w, 0), three(&w, 3));
-            }
-            let own = rotation * linear;
+            let own = rotation * three(&momenta, 6 * i);
             momentum += own;
-            angular += frame.position.cross(&own) + rotation * about;
+            angular += frame.position.cross(&own) + rotation * three(&momenta, 6 * i + 3);
         }
         out.push_vector(momentum);
         out.push_vector(angular);
@@ -447,7 +439,8 @@ impl Force for ModalBody {
     }
 
     fn kinetic<S: Scalar>(&self, at: &Motion<'_, S>) -> Option<S> {
-        Some(self.energy(at, &self.velocities(at)))
+        let deformed = self.deformed(at);
+        Some(self.energy(&deformed, &self.velocities(at, &deformed)))
     }
 
     fn flexible(&self) -> usize {
