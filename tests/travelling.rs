@@ -85,6 +85,23 @@ fn a_cantilever_bends_on_a_turn_as_by_its_weight() {
     }
 }
 
+/// What only stretches: modes across the beam's plane are zero but for round-off, and those of bending hardly more.
+#[test]
+fn modes_that_nothing_excites_do_not_choose_steps() {
+    let stretched = "damping = 0.01\ngeometric = { file = \"stiffening.csv\", columns = \
+                     [\"row\", \"column\", \"x\", \"y\", \"z\", \"xx\", \"yy\", \"zz\", \"xy\", \"yz\", \"zx\"] }\n";
+    let text = turn(1000.0, 0.1).replace("damping = 0.01\n", stretched);
+    let mut found = Vec::new();
+    for (tolerance, most) in [("1e-6", 600), ("1e-9", 2000)] {
+        let report = try_text(&text, &[&format!("simulation.tolerance={tolerance}")]).unwrap();
+        assert_eq!(report.exit_code(), 0, "{}", report.summary.reason);
+        assert!(report.summary.steps < most, "{tolerance}: {}", report.summary.steps);
+        found.push(["x", "y"].map(|name| *column(&report, name).last().unwrap()));
+    }
+    let off = (found[0][0] - found[1][0]).hypot(found[0][1] - found[1][1]);
+    assert!(off < 1e-6, "{off:e}");
+}
+
 #[test]
 fn a_beam_tumbles_alike_however_fast_it_travels() {
     let text = tumbling();

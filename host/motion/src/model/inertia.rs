@@ -2,7 +2,7 @@
 
 use element_api::recording::{Input, Role};
 use element_api::{Jet, Recording};
-use nalgebra::{DMatrix, Matrix3, Matrix6, Vector3};
+use nalgebra::{DMatrix, DVector, Matrix3, Matrix6, Vector3};
 
 use super::types::{Body, Instance, Lent, Marker, rotation};
 
@@ -80,21 +80,8 @@ pub type FramePose = (Vector3<f64>, Matrix3<f64>);
 #[must_use]
 pub fn mass_at(recording: &Recording, frames: &[FramePose], states: &[f64]) -> Option<DMatrix<f64>> {
     recording.output(Role::Kinetic)?;
-    let (flexible, n) = (recording.flexible(), 6 * frames.len() + recording.flexible());
-    let energy = |moved: [(usize, f64); 2]| {
-        let speed = |k: usize| moved.iter().find(|(of, _)| *of == k).map_or(0.0, |(_, speed)| *speed);
-        let read = |input: Input| match input {
-            Input::Position { frame, component } => frames[frame as usize].0[component as usize],
-            Input::Rotation { frame, row, column } => frames[frame as usize].1[(row as usize, column as usize)],
-            Input::Velocity { frame, component } => speed(6 * frame as usize + component as usize),
-            Input::AngularVelocity { frame, component } => speed(6 * frame as usize + 3 + component as usize),
-            Input::State(k) if (k as usize) < flexible => states[k as usize],
-            Input::State(k) => speed(6 * frames.len() + k as usize - flexible),
-            _ => 0.0,
-        };
-        let found = recording.evaluate(read).into_iter().find(|(role, _)| *role == Role::Kinetic);
-        found.map_or(f64::NAN, |(_, energy)| energy)
-    };
+    let n = 6 * frames.len() + recording.flexible();
+    let energy = |moved| energy_at(recording, frames, states, moved);
     let mut mass = DMatrix::zeros(n, n);
     for k in 0..n {
         mass[(k, k)] = 2.0 * energy([(k, 1.0); 2]);
@@ -113,41 +100,77 @@ pub fn mass_at(recording: &Recording, frames: &[FramePose], states: &[f64]) -> O
     Some(mass)
 }
 
+/// The kinetic energy when these coordinates of [`mass_at`] move at these speeds.
+fn energy_at(recording: &Recording, frames: &[FramePose], states: &[f64], moved: [(usize, f64); 2]) -> f64 {
+    let flexible = recording.flexible();
+    let speed = |k: usize| moved.iter().find(|(of, _)| *of == k).map_or(0.0, |(_, speed)| *speed);
+    let read = |input: Input| match input {
+        Input::Position { frame, component } => frames[frame as usize].0[component as usize],
+        Input::Rotation { frame, row, column } => frames[frame as usize].1[(row as usize, column as usize)],
+        Input::Velocity { frame, component } => speed(6 * frame as usize + component as usize),
+        Input::AngularVelocity { frame, component } => speed(6 * frame as usize + 3 + component as usize),
+        Input::State(k) if (k as usize) < flexible => states[k as usize],
+        Input::State(k) => speed(6 * frames.len() + k as usize - flexible),
+        _ => 0.0,
+    };
+    let found = recording.evaluate(read).into_iter().find(|(role, _)| *role == Role::Kinetic);
+    found.map_or(f64::NAN, |(_, energy)| energy)
+}
+
 /// Derivatives of an element's own loads, on frames and on flexible coordinates, along displacements, small turns and these coordinates.
 /// Nothing moves, and no signals change.
 #[must_use]
 pub fn loads_along(recording: &Recording, poses: &[FramePose], states: &[f64]) -> DMatrix<f64> {
-    let (frames, n) = (poses.len(), recording.flexible());
-    let size = 6 * frames + n;
+    let size = 6 * poses.len() + recording.flexible();
     let mut slopes = DMatrix::zeros(size, size);
     for along in 0..size {
-        let moves = |of: usize| f64::from(u8::from(of == along));
-        let read = |input: Input| match input {
-            Input::Position { frame, component } => {
-                let (frame, component) = (frame as usize, component as usize);
-                Jet::new(poses[frame].0[component], moves(6 * frame + component), 0.0)
-            }
-            Input::Rotation { frame, row, column } => {
-                let (frame, place) = (frame as usize, (row as usize, column as usize));
-                let axis = Vector3::from_fn(|k, _| moves(6 * frame + 3 + k));
-                Jet::new(poses[frame].1[place], (axis.cross_matrix() * poses[frame].1)[place], 0.0)
-            }
-            Input::State(k) if (k as usize) < n => Jet::new(states[k as usize], moves(6 * frames + k as usize), 0.0),
-            Input::State(k) if (k as usize) < 2 * n => Jet::from(0.0),
-            Input::State(k) => Jet::from(states[k as usize]),
-            _ => Jet::from(0.0),
-        };
-        for (role, value) in recording.evaluate(read) {
-            let row = match role {
-                Role::Force(k) => 6 * (k as usize / 3) + k as usize % 3,
-                Role::Torque(k) => 6 * (k as usize / 3) + 3 + k as usize % 3,
-                Role::FlexibleForce(k) => 6 * frames + k as usize,
-                _ => continue,
-            };
-            slopes[(row, along)] = value.first;
-        }
+        slopes.set_column(along, &loads_along_one(recording, poses, states, along));
     }
     slopes
+}
+
+/// One column of [`loads_along`].
+fn loads_along_one(recording: &Recording, poses: &[FramePose], states: &[f64], along: usize) -> DVector<f64> {
+    let (frames, n) = (poses.len(), recording.flexible());
+    let moves = |of: usize| f64::from(u8::from(of == along));
+    let read = |input: Input| match input {
+        Input::Position { frame, component } => {
+            let (frame, component) = (frame as usize, component as usize);
+            Jet::new(poses[frame].0[component], moves(6 * frame + component), 0.0)
+        }
+        Input::Rotation { frame, row, column } => {
+            let (frame, place) = (frame as usize, (row as usize, column as usize));
+            let axis = Vector3::from_fn(|k, _| moves(6 * frame + 3 + k));
+            Jet::new(poses[frame].1[place], (axis.cross_matrix() * poses[frame].1)[place], 0.0)
+        }
+        Input::State(k) if (k as usize) < n => Jet::new(states[k as usize], moves(6 * frames + k as usize), 0.0),
+        Input::State(k) if (k as usize) < 2 * n => Jet::from(0.0),
+        Input::State(k) => Jet::from(states[k as usize]),
+        _ => Jet::from(0.0),
+    };
+    let mut slopes = DVector::zeros(6 * frames + n);
+    for (role, value) in recording.evaluate(read) {
+        let row = match role {
+            Role::Force(k) => 6 * (k as usize / 3) + k as usize % 3,
+            Role::Torque(k) => 6 * (k as usize / 3) + 3 + k as usize % 3,
+            Role::FlexibleForce(k) => 6 * frames + k as usize,
+            _ => continue,
+        };
+        slopes[row] = value.first;
+    }
+    slopes
+}
+
+/// The stiffness and the mass of each flexible coordinate of an element by itself, with the others and all frames held where they are given.
+#[must_use]
+pub fn flexible_diagonals(element: &Instance, bodies: &[Body]) -> [Vec<f64>; 2] {
+    let (recording, frames) = (&element.recording, poses(&element.markers, bodies));
+    let first = 6 * frames.len();
+    let own = first..first + recording.flexible();
+    let states = &recording.initial_states;
+    let stiffness = own.clone().map(|k| -loads_along_one(recording, &frames, states, k)[k]);
+    let mass = own.clone().map(|k| 2.0 * energy_at(recording, &frames, states, [(k, 1.0); 2]));
+    [stiffness.collect(), mass.collect()]
 }
 
 /// Counts to each body what it feels of the elements' mass where it is given: the mean of its mass in all directions, and its inertia

@@ -53,7 +53,7 @@ use crate::scene::Scene;
 
 pub use catalogue::Catalogue;
 pub(crate) use inertia::NO_ARM;
-pub use inertia::{FramePose, loads_along, mass_at};
+pub use inertia::{FramePose, flexible_diagonals, loads_along, mass_at};
 pub use margins::{Watched, WatchedValue};
 pub use parameters::resolve as resolve_parameters;
 pub use picture::{Place, Shown, movable_records, place_of_shape};

@@ -15,6 +15,7 @@ mod picture;
 mod releases;
 mod settle;
 mod speeds;
+mod state_sizes;
 mod system;
 mod unknowns;
 mod watch;
@@ -31,6 +32,7 @@ use self::margins::Margins;
 pub(super) use self::part::Part;
 use self::partners::Partner;
 use self::picture::Picture;
+use self::state_sizes::StateSizes;
 use self::unknowns::Tracked;
 use self::watch::RowValues;
 use super::clocks::Clocks;
@@ -117,8 +119,8 @@ pub(super) struct Simulation<'a> {
     layout: Layout,
     tolerance: f64,
     scales: Scales,
-    /// Largest magnitude of each element state so far.
-    state_sizes: Vec<f64>,
+    /// What errors of the states of elements are compared with.
+    state_sizes: StateSizes,
     /// What of them is round-off.
     floor: Floor,
     references: Vec<f64>,
@@ -278,7 +280,7 @@ impl<'a> Simulation<'a> {
             formulation,
             tolerance,
             scales: assembly.scales,
-            state_sizes: vec![0.0; layout.states],
+            state_sizes: StateSizes::new(model, layout),
             floor: Floor::new(equations, model, layout),
             references: assembly.references.clone(),
             turns_act: !counted.is_empty() && equations.turns_act(layout),

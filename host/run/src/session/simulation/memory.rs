@@ -15,7 +15,7 @@ impl<'a> Simulation<'a> {
         let [length, speed, spin, energy] = carried.scales;
         let own = self.scales;
         self.scales.widen(&Scales { length, speed, spin, energy, ..own });
-        self.state_sizes.copy_from_slice(&carried.state_sizes);
+        self.state_sizes.carry_on(&carried.state_sizes);
         self.audit = Audit::from(&carried.audit);
         self.contacts_were(&carried.closed, &carried.pressed);
         self.open_loads_were(&carried.open_loads);
@@ -31,7 +31,7 @@ impl<'a> Simulation<'a> {
         let step = self.last_steps[0].max(self.last_steps[1]);
         Carried {
             scales: [length, speed, spin, energy],
-            state_sizes: self.state_sizes.clone(),
+            state_sizes: self.state_sizes.largest().to_vec(),
             audit: AuditRecord::from(&self.audit),
             step: (step > 0.0).then_some(step),
             steps_tried: 0,
@@ -94,7 +94,7 @@ impl<'a> Simulation<'a> {
         let own = |memory: &(usize, usize, Vec<u8>)| (memory.0, memory.1);
         saved.references.len() == self.references.len()
             && saved.discrete.len() == self.discrete.len()
-            && saved.carried.state_sizes.len() == self.state_sizes.len()
+            && saved.carried.state_sizes.len() == self.layout.states
             && saved.working.len() == 13 * self.layout.bodies + self.layout.states + 1
             && saved.memories.iter().map(own).eq(self.with_memories())
     }
@@ -110,7 +110,7 @@ impl<'a> Simulation<'a> {
         }
         let [length, speed, spin, energy] = saved.carried.scales;
         self.scales = Scales { length, speed, spin, energy, ..self.scales };
-        self.state_sizes.copy_from_slice(&saved.carried.state_sizes);
+        self.state_sizes.carry_on(&saved.carried.state_sizes);
         self.audit = Audit::from(&saved.carried.audit);
         self.contacts_were(&saved.carried.closed, &saved.carried.pressed);
         self.open_loads_were(&saved.carried.open_loads);

@@ -50,20 +50,18 @@ impl Simulation<'_> {
     /// The largest entry of a difference of states, as a share of the size of its group; for the state of an element of its own
     /// size, which counts as no less than has the tolerance at its round-off ([`super::floor`]).
     fn largest_share(&mut self, y0: &[f64], y1: &[f64], error: &[f64]) -> f64 {
-        let length = self.scales.length;
+        let (length, allowed) = (self.scales.length, self.allowed());
         let [speed, spin] = self.speeds();
-        let states_at = y0.len() - self.state_sizes.len() - 1;
+        let states_at = y0.len() - self.layout.states - 1;
         let mut worst = self.sizes.largest_share([length, speed, spin], &error[..states_at]);
-        for k in 0..self.state_sizes.len() {
-            let [y0, y1, error] = [y0, y1, error].map(|list| list[states_at + k].abs());
-            self.state_sizes[k] = self.state_sizes[k].max(y0).max(y1);
-            let size = if self.state_sizes[k] > 0.0 { self.state_sizes[k] } else { 1.0 };
-            let share = error / size;
+        let [from, to, errors] = [y0, y1, error].map(|list| &list[states_at..y0.len() - 1]);
+        for (k, (error, size)) in errors.iter().zip(self.state_sizes.between(from, to)).enumerate() {
+            let share = error.abs() / size;
             if share.is_nan() {
                 worst = share;
             } else if share > worst {
                 let round_off = self.floor.of(k, self.formulation.as_mut(), &self.scales);
-                worst = worst.max(error / size.max(round_off / self.allowed()));
+                worst = worst.max(error.abs() / size.max(round_off / allowed));
             }
         }
         worst
@@ -136,6 +134,7 @@ impl System for Simulation<'_> {
 
     fn begin_step(&mut self, t: f64, y: &[f64], h: f64) {
         self.floor.begin_step(t, y, h);
+        self.state_sizes.take(&y[y.len() - self.layout.states - 1..]);
     }
 
     fn error_norm(&mut self, y0: &[f64], y1: &[f64], error: &[f64]) -> f64 {
@@ -230,7 +229,7 @@ impl System for Simulation<'_> {
             Group::Parameter => 1.0,
             Group::Velocity => self.scales.speed_scale(),
             Group::AngularVelocity => self.scales.spin_scale(),
-            Group::State => self.state_sizes[entry + 1 + self.state_sizes.len() - self.dim()],
+            Group::State => self.state_sizes.largest()[entry + 1 + self.layout.states - self.dim()],
             Group::Work => self.largest_kinetic.max(self.least_energy),
         };
         self.tolerance * size

@@ -112,7 +112,7 @@ impl Simulation<'_> {
                 let n = own.names.len();
                 for k in 0..n {
                     let (value, carried) = (found[at + k], &mut state[first + own.state + k]);
-                    let size = value.abs().max(self.state_sizes[own.state + k]);
+                    let size = value.abs().max(self.state_sizes.largest()[own.state + k]);
                     let change = (value - *carried).abs();
                     let last = std::mem::replace(&mut before[own.state + k], change);
                     let round_off = change <= ROUND_OFF || (change <= STAGNANT && change >= 0.25 * last);
