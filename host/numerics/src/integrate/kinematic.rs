@@ -77,7 +77,7 @@ impl Integrator for Kinematic {
             return Ok(());
         }
         run.rhs(run.t, y, &mut self.rates[0], 0.0)?;
-        let mut events = Events::new(run, 0.0, true);
+        let mut events = Events::new(run, 0.0);
         let limit = run.options.fixed_step.unwrap_or(f64::INFINITY);
         let mut h = run.options.first_step.unwrap_or(FIRST_SHARE * (run.span.t_end - run.span.t_start));
         while run.t < run.span.t_end {

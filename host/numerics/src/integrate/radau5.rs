@@ -361,10 +361,6 @@ impl<const S: usize> Stepper for Radau<S> {
         REACH
     }
 
-    fn shows_switches(&self) -> bool {
-        false
-    }
-
     fn seen(&self) -> &[f64] {
         self.tableau.seen
     }

@@ -41,10 +41,6 @@ impl Stepper for Rk4 {
         0.0
     }
 
-    fn shows_switches(&self) -> bool {
-        true
-    }
-
     fn seen(&self) -> &[f64] {
         &[0.0, 0.5, 1.0]
     }

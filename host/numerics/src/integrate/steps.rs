@@ -17,9 +17,6 @@ pub(super) trait Stepper {
     /// Share of a step by which its interpolation may be continued.
     fn reach(&self) -> f64;
 
-    /// Whether its error estimate shows that the equations switched within a step.
-    fn shows_switches(&self) -> bool;
-
     /// Shares of a step at which the equations are evaluated, ascending, both ends included.
     fn seen(&self) -> &[f64];
 
@@ -89,6 +86,10 @@ pub(super) trait Adaptive: Stepper {
     /// The equations switched: what is known from the last steps does not hold for the next.
     fn forget(&mut self);
 
+    /// The equations switched at this time: what acts from there on may begin as a broken power (Hertz, Hunt & Crossley), so near to which
+    /// estimates of errors are not what they are along smooth solutions.
+    fn doubt_from(&mut self, _t: f64) {}
+
     /// A guess of the end of the step that could not be made, as its new state; false where there is none.
     fn predict(&mut self, _y: &[f64], _h: f64) -> bool {
         false
@@ -143,7 +144,7 @@ fn given_steps(method: &mut dyn Adaptive, run: &mut Run<'_>, y: &mut [f64], ends
         return Ok(());
     }
     method.start(run, y)?;
-    let mut events = Events::new(run, method.reach(), method.shows_switches());
+    let mut events = Events::new(run, method.reach());
     let mut scratch = vec![0.0; y.len()];
     while run.t < run.span.t_end {
         run.check_step_limit()?;
@@ -188,7 +189,7 @@ pub(super) fn steps_of_one_size(
         return Ok(());
     }
     method.start(run, y)?;
-    let mut events = Events::new(run, method.reach(), method.shows_switches());
+    let mut events = Events::new(run, method.reach());
     let mut scratch = vec![0.0; y.len()];
     method.expect_interpolation(events.watches_steps());
     for k in 0..count {
@@ -221,7 +222,7 @@ pub(super) fn adaptive_steps(
     };
     // Where the next step had better end.
     let mut end_at = None;
-    let mut events = Events::new(run, method.reach(), method.shows_switches());
+    let mut events = Events::new(run, method.reach());
     let mut stops = Stops::new(run);
     let mut scratch = vec![0.0; y.len()];
     while run.t < run.span.t_end {
@@ -273,6 +274,7 @@ pub(super) fn adaptive_steps(
                     Next::Crossed(size) => {
                         method.forget();
                         method.start(run, y)?;
+                        method.doubt_from(run.t);
                         h = size.min(method.first_step(run, y)?);
                     }
                     Next::Jumped(size) if run.t < run.span.t_end => {
