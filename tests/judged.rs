@@ -212,6 +212,107 @@ fn friction_on_reactions_that_are_not_unique_is_suspect() {
     }
 }
 
+/// A rod that a hinge on the first of two slides holds, whose tip rests on the other one; of both slides one moves. With `brake` the hinge
+/// has dry friction, and how much of the weight the tip carries is open: between 10 N - 3 N m / 1 m and 10 N + 3 N m / 1 m.
+fn leaning(moves: &str, tip: &str, brake: bool, more: &str) -> String {
+    let speed = |name: &str| if name == moves { "velocity = [2, 0, 0]" } else { "" };
+    let (rod, fixed) = (speed("carriage"), |name: &str| if name == moves { "" } else { "fixed = true" });
+    format!(
+        r#"
+[plugins]
+libraries = ["joints", "forces"]
+[simulation]
+gravity = [0, 0, -10]
+t_end = 0.5
+output_step = 0.1
+[[body]]
+name = "carriage"
+mass = 5
+inertia = [1, 1, 1]
+{}
+{}
+[[body]]
+name = "belt"
+mass = 5
+inertia = [1, 1, 1]
+position = [0, 0, -1]
+{}
+{}
+[[body]]
+name = "rod"
+mass = 2
+inertia = [1, 1, 1]
+position = [0.5, 0, 0]
+{rod}
+[[joint]]
+name = "guide"
+type = "translational"
+bodies = ["ground", "{moves}"]
+point = [0, 0, 0]
+axis = [1, 0, 0]
+[[joint]]
+name = "hinge"
+type = "revolute"
+bodies = ["carriage", "rod"]
+point = [0, 0, 0]
+axis = [0, -1, 0]
+[[joint]]
+name = "brake"
+type = "dry-friction"
+bodies = ["carriage", "rod"]
+point = [0, 0, 0]
+axis = [0, -1, 0]
+params.torque = 3
+enabled = {brake}
+[[joint]]
+name = "tip"
+type = "plane-contact"
+bodies = ["belt", "rod"]
+frames = [{{ position = [0, 0, 1], axis = [0, 0, 1] }}, {{ position = [0.5, 0, 0] }}]
+{tip}
+[[output]]
+name = "v"
+quantity = "velocity"
+of = "{moves}"
+component = "x"
+[[output]]
+name = "load"
+quantity = "reaction_force"
+of = "hinge"
+component = "z"
+{more}
+"#,
+        speed("carriage"),
+        fixed("carriage"),
+        speed("belt"),
+        fixed("belt"),
+    )
+}
+
+/// A belt that slides under the tip: its friction depends on what the hinge takes up at rest. A carriage that carries the hinge: what rubs
+/// in its guide does.
+#[test]
+fn sliding_that_depends_on_what_friction_at_rest_takes_up_is_suspect() {
+    let rub = "[[force]]\nname = \"rub\"\ntype = \"joint-friction\"\njoints = [\"guide\"]\n\
+               params = { kind = \"translation\", mu = 0.3, transition_speed = 1e-6 }";
+    // Slowed down by 0.3 times what the tip presses the belt with; by 0.3 times what the carriage weighs and the hinge carries.
+    let cases = [("belt", "params.mu = 0.3", "", "`tip`", 0.6), ("carriage", "", rub, "`rub`", 0.3 * 60.0 / 7.0)];
+    for (moves, tip, more, name, slower) in cases {
+        for form in ["joint", "cartesian"] {
+            let form = format!("simulation.formulation={form}");
+            let free = run(&leaning(moves, tip, false, more), &[&form]);
+            assert_eq!(free.summary.status, Status::Completed, "{}", free.summary.reason);
+            assert!(free.summary.not_unique.is_empty(), "{:?}", free.summary.not_unique);
+            let v = *column(&free, "v").last().unwrap();
+            assert!((v - (2.0 - 0.5 * slower)).abs() < 1e-8, "{moves}: {v}");
+            let braked = run(&leaning(moves, tip, true, more), &[&form]);
+            assert_eq!((braked.summary.status, braked.exit_code()), (Status::Suspect, 7), "{moves}");
+            assert!(braked.summary.reason.contains(&format!("loads of {name} depend")), "{}", braked.summary.reason);
+            assert_eq!(braked.summary.not_unique, ["load"], "{moves}");
+        }
+    }
+}
+
 /// A wheel on a track that is given by points, thrown beyond its last one, where the track arrives with a slope unless it ends level.
 fn track(points: &str) -> RunReport {
     let text = format!(

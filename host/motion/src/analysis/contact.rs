@@ -22,6 +22,7 @@ mod tests;
 
 pub use friction::{Grip, Pattern};
 pub use impact::{NoSolution, Strike};
+use indeterminate::Bearing;
 pub use indeterminate::{Holder, Indeterminate};
 pub use shares::{Balance, Shares};
 
@@ -131,6 +132,7 @@ pub struct Meeting {
     sizes: Vec<f64>,
     /// Delassus' matrix of bodies that all have the same mass: what rows have to do with each other, as a question of geometry.
     geometry: DMatrix<f64>,
+    bearing: Bearing,
     /// Numbers of the rows among all.
     rows: Vec<usize>,
     /// Where each contact's rows begin; then their number.
@@ -309,18 +311,24 @@ impl Contacts {
         solver.refactor(&values)?;
         let jacobian: Vec<Vec<(usize, f64)>> = rows.iter().map(|row| self.row(*row)).collect();
         let times: Vec<f64> = rows.iter().map(|row| self.rows.function(1)[*row]).collect();
-        let (responses, driven) = self.responses(&mut solver, &jacobian, true)?;
+        let answers = self.responses(&mut solver, &jacobian, true)?;
+        let driven = self.driven(&answers);
+        let responses: Vec<Vec<f64>> = answers.into_iter().map(|(velocities, _)| velocities).collect();
         let delassus = delassus(&jacobian, &responses);
         let rates = DVector::from_fn(rows.len(), |i, _| dot(&jacobian[i], velocities) + times[i]);
         // The same of bodies that all have one mass.
         let unit = |(row, column): &(usize, usize)| if row == column { self.unit(*column).powi(-2) } else { 0.0 };
         solver.set_mass(&self.structure.mass.iter().map(unit).collect::<Vec<_>>())?;
         solver.refactor(&values)?;
-        let geometry = self::delassus(&jacobian, &self.responses(&mut solver, &jacobian, false)?.0);
+        let (of_geometry, taken): (Vec<_>, Vec<_>) = self.responses(&mut solver, &jacobian, false)?.into_iter().unzip();
+        let geometry = self::delassus(&jacobian, &of_geometry);
+        let always = self.always.iter().map(|row| (*row, self.row(*row)));
+        let bearing = Bearing::new(always, |entries| self.size(entries), taken);
         let sizes: Vec<f64> = jacobian.iter().map(|entries| self.size(entries)).collect();
         grips.iter_mut().for_each(|grip: &mut Grip| grip.look(&geometry, &sizes));
         Ok(Meeting {
             geometry,
+            bearing,
             restitution: touching.iter().map(|k| self.contacts[*k].restitution).collect(),
             sizes,
             impulses: DVector::zeros(rows.len()),

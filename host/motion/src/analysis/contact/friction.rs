@@ -47,15 +47,7 @@ pub struct Grip {
 impl Grip {
     /// Takes note of where geometry lets it move: see [`Meeting::geometry`]; `sizes` are those of the rows.
     pub(super) fn look(&mut self, geometry: &DMatrix<f64>, sizes: &[f64]) {
-        let most = self.rows.iter().fold(0.0_f64, |most, row| most.max(sizes[*row].powi(2)));
-        let [xx, yy] = pair(&self.rows, |row| geometry[(row, row)]);
-        let xy = if let [x, y] = self.rows[..] { geometry[(x, y)] } else { 0.0 };
-        let (mean, half) = (0.5 * (xx + yy), (0.5 * (xx - yy)).hypot(xy));
-        self.fixed = mean + half <= RANK_TOLERANCE * most;
-        if self.rows.len() == 2 && !self.fixed && mean - half <= RANK_TOLERANCE * most {
-            let angle = 0.5 * xy.atan2(0.5 * (xx - yy));
-            self.only = Some([angle.cos(), angle.sin()]);
-        }
+        (self.fixed, self.only) = way(&self.rows, geometry, sizes);
     }
 
     /// What of a vector in the plane is in directions that others leave free.
@@ -68,6 +60,20 @@ impl Grip {
             }
         }
     }
+}
+
+/// Whether others determine how rows move, one or two, and the only direction in which they let them, if there is but one of two.
+pub(super) fn way(rows: &[usize], geometry: &DMatrix<f64>, sizes: &[f64]) -> (bool, Option<[f64; 2]>) {
+    let most = rows.iter().fold(0.0_f64, |most, row| most.max(sizes[*row].powi(2)));
+    let [xx, yy] = pair(rows, |row| geometry[(row, row)]);
+    let xy = if let [x, y] = rows[..] { geometry[(x, y)] } else { 0.0 };
+    let (mean, half) = (0.5 * (xx + yy), (0.5 * (xx - yy)).hypot(xy));
+    let fixed = mean + half <= RANK_TOLERANCE * most;
+    let only = (rows.len() == 2 && !fixed && mean - half <= RANK_TOLERANCE * most).then(|| {
+        let angle = 0.5 * xy.atan2(0.5 * (xx - yy));
+        [angle.cos(), angle.sin()]
+    });
+    (fixed, only)
 }
 
 /// What limits a row.

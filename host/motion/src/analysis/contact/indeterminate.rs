@@ -2,9 +2,9 @@
 
 use nalgebra::{DMatrix, DVector, Dyn, SymmetricEigen};
 
-use super::friction::{norm, pair, unit as direction_of};
+use super::friction::{norm, pair, unit as direction_of, way};
 use super::smallest::{block, blocks};
-use super::{Grip, Meeting, Pattern, RANK_TOLERANCE};
+use super::{Grip, Meeting, NO_ACCELERATION, Pattern, RANK_TOLERANCE};
 
 /// Share of a row in reactions that balance each other above which it takes part.
 pub(super) const TAKES_PART: f64 = 1e-6;
@@ -27,6 +27,56 @@ pub enum Holder {
     Contact(usize),
     /// A friction: its number.
     Friction(usize),
+    /// A row that always holds: its number among all.
+    Row(usize),
+}
+
+/// Rows along which something acts, with a share of each; it is measured by the first.
+type Column = Vec<(usize, f64)>;
+
+/// What rows that always hold take up of reactions in balance, whatever the masses.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Bearing {
+    rows: Vec<BearingRow>,
+    /// What each takes up of a unit along each row of the contacts and frictions.
+    taken: Vec<Vec<f64>>,
+}
+
+#[derive(Debug, Clone)]
+struct BearingRow {
+    number: usize,
+    /// Length of its gradient, rotations taken on the length of the scene.
+    size: f64,
+    entries: Vec<(usize, f64)>,
+}
+
+impl Bearing {
+    pub(super) fn new(
+        rows: impl Iterator<Item = (usize, Vec<(usize, f64)>)>,
+        size: impl Fn(&[(usize, f64)]) -> f64,
+        taken: Vec<Vec<f64>>,
+    ) -> Self {
+        let row = |(number, entries): (usize, Vec<_>)| BearingRow { number, size: size(&entries), entries };
+        Self { rows: rows.map(row).collect(), taken }
+    }
+
+    /// What is open of loads where these are in balance.
+    fn open(&self, balanced: &[DVector<f64>], columns: &[Column]) -> Vec<(Holder, [bool; 4])> {
+        let mark = |(k, row): (usize, &BearingRow)| {
+            let mut open = [false; 4];
+            for one in balanced {
+                let least = TAKES_PART * one.amax();
+                let of = |column: &Column| column.iter().map(|(row, part)| part * self.taken[*row][k]).sum::<f64>();
+                let force: f64 = columns.iter().zip(one.iter()).map(|(column, share)| share * of(column)).sum();
+                let acts = |entry: &&(usize, f64)| entry.0 % 6 < 3 && (entry.1 * force).abs() > least;
+                row.entries.iter().filter(acts).for_each(|(column, _)| open[column % 6] = true);
+                let turns = row.entries.iter().all(|(column, slope)| column % 6 >= 3 || *slope == 0.0);
+                open[3] |= turns && (row.size * force).abs() > least;
+            }
+            open.contains(&true).then_some((Holder::Row(row.number), open))
+        };
+        self.rows.iter().enumerate().filter_map(mark).collect()
+    }
 }
 
 impl Meeting {
@@ -44,14 +94,19 @@ impl Meeting {
     ) -> Option<Indeterminate> {
         let silent = self.silent(pattern, of_rows, [speed, acceleration]);
         let contacts: Vec<usize> = pattern.closed.iter().copied().chain(silent).collect();
-        let sticking = || self.grips.iter().filter(|grip| pattern.sticking.contains(&grip.number));
+        let resting = self.resting(pattern, of_rows, [speed, acceleration]);
+        let sticking = || self.grips.iter().filter(|grip| resting.contains(&grip.number));
         let mut rows: Vec<usize> = contacts.iter().flat_map(|k| self.first[*k]..self.first[k + 1]).collect();
         rows.extend(sticking().flat_map(|grip| grip.rows.iter().copied()));
         let largest = rows.iter().fold(0.0_f64, |most, row| most.max(pattern.forces[*row].abs()));
         if rows.is_empty() || largest == 0.0 {
             return None;
         }
-        let balanced = self.in_balance((&contacts, &rows), &pattern.forces)?;
+        let columns: Vec<Column> = rows.iter().map(|row| vec![(*row, 1.0)]).collect();
+        let balanced = self.in_balance((&contacts, &columns), &pattern.forces)?;
+        let frictions: Vec<Vec<usize>> = sticking().map(|grip| grip.rows.clone()).collect();
+        let free = self.free_columns(&contacts, &frictions);
+        let of_joints = self.in_balance((&contacts, &free), &pattern.forces).unwrap_or_default();
         let contacts = contacts.iter().map(|k| (Holder::Contact(*k), (self.first[*k]..self.first[k + 1]).collect()));
         let frictions = sticking().map(|grip| (Holder::Friction(grip.number), grip.rows.clone()));
         let all: Vec<(Holder, Vec<usize>)> = contacts.chain(frictions).collect();
@@ -60,14 +115,18 @@ impl Meeting {
             balanced.iter().for_each(|one| self.mark(&mut open, one, &rows, own));
             open.contains(&true).then_some((*holder, open))
         };
-        let loads: Vec<_> = all.iter().filter_map(open).collect();
+        let mut loads: Vec<_> = all.iter().filter_map(open).collect();
+        loads.extend(self.bearing.open(&of_joints, &free));
+        let w = &self.delassus * &pattern.forces + of_rows;
         let mut moving: Vec<usize> = Vec::new();
         for one in &balanced {
             let mut change = DVector::zeros(self.rows.len());
             let mut taking = Vec::new();
             for (place, grip) in self.taking((one, &rows)) {
                 let found = pattern.sliding.iter().find(|(number, _)| *number == grip.number);
-                let direction = found.map(|(_, direction)| *direction).or_else(|| self.moving(grip, speed));
+                let known = found.map(|(_, direction)| *direction).or_else(|| self.moving(grip, speed));
+                // That of a contact that presses with nothing begins to slide as the others do.
+                let direction = known.or_else(|| self.begins(grip, &w, acceleration));
                 let Some(direction) = direction else { continue };
                 taking.push(grip.number);
                 let parts = grip.rows.iter().zip(direction);
@@ -98,6 +157,25 @@ impl Meeting {
         (0..self.touching.len()).filter(silent).collect()
     }
 
+    /// Frictions that stick, and those that act with their limit at rest: they neither move nor begin to, since others hold them, too.
+    fn resting(&self, pattern: &Pattern, of_rows: &DVector<f64>, [speed, acceleration]: [f64; 2]) -> Vec<usize> {
+        let w = &self.delassus * &pattern.forces + of_rows;
+        let rests = |grip: &Grip| {
+            !grip.fixed && self.moving(grip, speed).is_none() && self.begins(grip, &w, acceleration).is_none()
+        };
+        let slides = |grip: &Grip| pattern.sliding.iter().any(|(number, _)| *number == grip.number);
+        let own =
+            self.grips.iter().filter(|grip| pattern.sticking.contains(&grip.number) || slides(grip) && rests(grip));
+        own.map(|grip| grip.number).collect()
+    }
+
+    /// Where a grip begins to slide to, if its rows have these accelerations.
+    fn begins(&self, grip: &Grip, w: &DVector<f64>, acceleration: f64) -> Option<[f64; 2]> {
+        let size = grip.rows.iter().fold(0.0_f64, |most, row| most.max(self.sizes[*row]));
+        let rate = grip.free(pair(&grip.rows, |row| w[row]));
+        (norm(rate) > NO_ACCELERATION * acceleration * size).then(|| direction_of(rate))
+    }
+
     /// Contacts that strike together and share the impulse in a way that rigid bodies leave open, if the motion depends on it: by friction
     /// that slides, or by coefficients of restitution that differ. `pattern`: that of the compression.
     pub(super) fn shared_in_impact(&self, together: &[usize], pattern: &Pattern, unit: f64) -> Vec<usize> {
@@ -110,7 +188,8 @@ impl Meeting {
         let mut rows: Vec<usize> = contacts.iter().map(|k| self.first[*k]).collect();
         rows.extend(&held);
         let mut shared = Vec::new();
-        for one in self.in_balance((&contacts, &rows), &pattern.forces).unwrap_or_default() {
+        let columns: Vec<Column> = rows.iter().map(|row| vec![(*row, 1.0)]).collect();
+        for one in self.in_balance((&contacts, &columns), &pattern.forces).unwrap_or_default() {
             let [mut compressed, mut whole] = [DVector::zeros(self.rows.len()), DVector::zeros(self.rows.len())];
             let parts = contacts.iter().enumerate().filter(|(place, _)| one[*place].abs() > TAKES_PART * one.amax());
             let taking: Vec<usize> = parts.map(|(_, k)| *k).collect();
@@ -149,14 +228,33 @@ impl Meeting {
         own.filter(|(place, _)| one[*place].abs() > TAKES_PART * one.amax())
     }
 
+    /// What acts along the rows of contacts and frictions, where joints and drivers alone do not determine how they move: there nothing acts.
+    fn free_columns(&self, contacts: &[usize], frictions: &[Vec<usize>]) -> Vec<Column> {
+        let normals = contacts.iter().map(|k| self.first[*k]).filter(|row| self.row_gives_way(*row));
+        let mut columns: Vec<Column> = normals.map(|row| vec![(row, 1.0)]).collect();
+        let hard = contacts.iter().map(|k| (self.first[*k] + 1..self.first[*k + 1]).collect());
+        for rows in hard.chain(frictions.iter().cloned()).collect::<Vec<Vec<usize>>>() {
+            match way(&rows, &self.geometry, &self.sizes) {
+                (true, _) => {}
+                (false, Some(direction)) => columns.push(rows.into_iter().zip(direction).collect()),
+                (false, None) => columns.extend(rows.into_iter().map(|row| vec![(row, 1.0)])),
+            }
+        }
+        columns
+    }
+
     /// Reactions along rows that hold which are in balance with each other: a basis. `None` where they cannot be added to those that there
     /// are, because contacts without reaction would have to push and to pull for that.
-    fn in_balance(&self, (contacts, rows): (&[usize], &[usize]), forces: &DVector<f64>) -> Option<Vec<DVector<f64>>> {
-        let largest = rows.iter().fold(0.0_f64, |most, row| most.max(forces[*row].abs()));
-        let balanced = self.balanced(&rows.iter().map(|row| vec![(*row, 1.0)]).collect::<Vec<_>>());
+    fn in_balance(
+        &self,
+        (contacts, columns): (&[usize], &[Column]),
+        forces: &DVector<f64>,
+    ) -> Option<Vec<DVector<f64>>> {
+        let largest = columns.iter().fold(0.0_f64, |most, column| most.max(forces[column[0].0].abs()));
+        let balanced = self.balanced(columns);
         if let [one] = balanced.as_slice() {
             let idle = contacts.iter().filter_map(|k| {
-                let place = rows.iter().position(|row| *row == self.first[*k])?;
+                let place = columns.iter().position(|column| column[0].0 == self.first[*k])?;
                 (forces[self.first[*k]] <= TAKES_PART * largest).then_some(one[place])
             });
             let size = one.amax();
@@ -194,7 +292,7 @@ impl Meeting {
 
     /// How much of these must act together so that they are in balance with each other: a basis. Each acts along some rows, with a share
     /// of each; it is measured by the first.
-    pub(super) fn balanced(&self, columns: &[Vec<(usize, f64)>]) -> Vec<DVector<f64>> {
+    pub(super) fn balanced(&self, columns: &[Column]) -> Vec<DVector<f64>> {
         if columns.is_empty() {
             return Vec::new();
         }

@@ -27,18 +27,17 @@ impl Places {
     }
 }
 
-/// Velocities and multipliers of the rows that always hold, for one load.
-type Answer = (Vec<f64>, Vec<f64>);
+/// Velocities of bodies, six each, and multipliers of the rows that always hold, for one load.
+pub(super) type Answer = (Vec<f64>, Vec<f64>);
 
 impl Contacts {
-    /// Velocities of bodies, six each, for a unit impulse of each row, and what the rows that always hold take up of it, each times its
-    /// derivative by time.
+    /// What a unit impulse of each row gives.
     pub(super) fn responses(
         &self,
         solver: &mut SparseFirst,
         jacobian: &[Vec<(usize, f64)>],
         with_elements: bool,
-    ) -> Result<(Vec<Vec<f64>>, Vec<f64>), AnalysisError> {
+    ) -> Result<Vec<Answer>, AnalysisError> {
         let mut answers = Vec::new();
         for entries in jacobian {
             let mut load = vec![0.0; self.structure.n];
@@ -48,10 +47,14 @@ impl Contacts {
         if with_elements && !self.elements.columns.is_empty() {
             self.with_mass_of_elements(solver, &mut answers)?;
         }
+        Ok(answers)
+    }
+
+    /// What the rows that always hold take up of each, times the derivative of the row by time.
+    pub(super) fn driven(&self, answers: &[Answer]) -> Vec<f64> {
         let of_time = || self.always.iter().map(|row| self.rows.function(1)[*row]);
         let taken = |multipliers: &[f64]| of_time().zip(multipliers).map(|(time, lambda)| time * lambda).sum();
-        let driven = answers.iter().map(|(_, multipliers)| taken(multipliers)).collect();
-        Ok((answers.into_iter().map(|(velocities, _)| velocities).collect(), driven))
+        answers.iter().map(|(_, multipliers)| taken(multipliers)).collect()
     }
 
     fn answer(&self, solver: &mut SparseFirst, load: &[f64]) -> Result<Answer, AnalysisError> {

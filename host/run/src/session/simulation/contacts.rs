@@ -39,6 +39,8 @@ pub(super) struct Touch {
     pub(super) contacts: Contacts,
     /// Element and row of each; then of each friction.
     pub(super) names: Vec<(String, String)>,
+    /// Of all elements.
+    elements: Vec<String>,
     /// Those that are closed now, ascending.
     pub(super) closed: Vec<usize>,
     /// Those that were closed when events were reported last.
@@ -109,6 +111,7 @@ impl Touch {
         };
         Ok(Some(Self {
             names: equations.switching_rows().map(name).collect(),
+            elements: model.elements.iter().map(|element| element.name.clone()).collect(),
             closed: Vec::new(),
             told: Vec::new(),
             open_loads: Vec::new(),
@@ -183,9 +186,10 @@ impl Touch {
         list
     }
 
-    /// Something that happened to a contact, or a friction behind the contacts.
+    /// Something that happened to a contact, a friction behind the contacts, or an element behind these.
     pub(super) fn event(&self, time: f64, kind: EventKind, k: usize) -> Event {
-        let (element, row) = self.names[k].clone();
+        let element = || (self.elements[k - self.names.len()].clone(), String::new());
+        let (element, row) = self.names.get(k).cloned().unwrap_or_else(element);
         Event { time, element, row, kind, rates: [0.0; 2], impulse: 0.0, lost: 0.0 }
     }
 

@@ -16,17 +16,20 @@ impl Simulation<'_> {
         open: &Indeterminate,
     ) -> Result<(), AnalysisError> {
         let Some(touch) = &mut self.touch else { return Ok(()) };
-        let first = touch.first_friction();
-        let mut news = Vec::new();
+        let (first, joints) = (touch.first_friction(), touch.names.len());
+        let mut news: Vec<usize> = Vec::new();
         let number = |holder: &Holder| match holder {
             Holder::Contact(place) => touching[*place],
             Holder::Friction(number) => first + number,
+            Holder::Row(row) => joints + self.layout.element_of_row(*row).0,
         };
         for (holder, parts) in &open.loads {
             let k = number(holder);
             news.extend((0..parts.len()).filter(|part| parts[*part]).map(|part| k * WORDS.len() + part));
         }
         news.extend(open.moving.iter().map(|holder| number(holder) * WORDS.len() + WORDS.len() - 1));
+        news.sort_unstable();
+        news.dedup();
         news.retain(|one| !touch.open_loads.contains(one));
         let event = |code: &usize| {
             let (k, part) = (code / WORDS.len(), code % WORDS.len());
