@@ -2,9 +2,9 @@
 
 use std::collections::BTreeSet;
 
-use odyn::session::RunReport;
+use odyn::session::{RunReport, Session};
 
-use crate::support::{column, open_text};
+use crate::support::{Scratch, column, open_text, options};
 
 #[track_caller]
 fn run(text: &str, sets: &[&str]) -> RunReport {
@@ -136,4 +136,71 @@ fn what_is_open_turns_with_the_bodies() {
     // At rest, and in its own plane, it is as it was.
     let still = run(&tilted("0"), &[]);
     assert_eq!(not_unique(&still), BTreeSet::from(["force_z", "torque_x", "torque_y"]));
+}
+
+/// Two weights on guides of their own, with a rope between them.
+const GUIDES: &str = r#"
+[plugins]
+libraries = ["joints"]
+[simulation]
+gravity = [0, 0, -10]
+t_end = 0.1
+output_step = 0.1
+[[body]]
+name = "wall"
+fixed = true
+position = [1, 0, 0]
+[[body]]
+name = "left"
+mass = 1
+inertia = [0.1, 0.1, 0.1]
+[[body]]
+name = "right"
+mass = 3
+inertia = [0.1, 0.1, 0.1]
+position = [1, 0, 0]
+[[joint]]
+name = "guide"
+type = "translational"
+bodies = ["ground", "left"]
+[[joint]]
+name = "rail"
+type = "translational"
+bodies = ["wall", "right"]
+point = [1, 0, 0]
+[[joint]]
+name = "rope"
+type = "coupler"
+bodies = ["ground", "left", "wall", "right"]
+points = [[0, 0, 0], [0, 0, 0], [1, 0, 0], [1, 0, 0]]
+params = { first = "translation", second = "translation", ratio = -1.0 }
+[[output]]
+name = "load"
+quantity = "reaction_force"
+of = "rope"
+on = "ground"
+component = "z"
+"#;
+
+/// Fixed bodies are parts of the ground, and what an element does to several of them is known as a whole only.
+#[test]
+fn the_load_on_a_fixed_body_is_that_of_elements_that_take_hold_of_it_alone() {
+    let open = |of: &str, on: &str| {
+        let text = GUIDES
+            .replace("of = \"rope\"", &format!("of = \"{of}\""))
+            .replace("on = \"ground\"", &format!("on = \"{on}\""));
+        let scratch = Scratch::new();
+        Session::open(&scratch.file("scene.toml", text), &options(&[], &[]))
+            .map(|_| ())
+            .map_err(|error| error.to_string())
+    };
+    for (of, on) in [("rope", "ground"), ("rope", "left"), ("rail", "wall"), ("rail", "ground"), ("guide", "ground")] {
+        assert_eq!(open(of, on), Ok(()), "{of} on {on}");
+    }
+    let stranger = open("guide", "wall").unwrap_err();
+    assert!(stranger.contains("ODY0316") && stranger.contains("does not act on `wall`"), "{stranger}");
+    let several = open("rope", "wall").unwrap_err();
+    assert!(several.contains("ODY0316") && several.contains("and of other fixed bodies"), "{several}");
+    let both = run(GUIDES, &[]);
+    assert!(column(&both, "load").iter().all(|load| (load + 30.0).abs() < 1e-9), "{:?}", column(&both, "load"));
 }
