@@ -2,9 +2,10 @@
 
 use std::collections::BTreeSet;
 
-use odyn::session::{RunReport, Session};
+use odyn::analyses::place::{At, place};
+use odyn::session::{Restart, RunReport, Session};
 
-use crate::support::{Scratch, column, open_text, options};
+use crate::support::{Scratch, column, leg, open_text, options};
 
 #[track_caller]
 fn run(text: &str, sets: &[&str]) -> RunReport {
@@ -203,4 +204,24 @@ fn the_load_on_a_fixed_body_is_that_of_elements_that_take_hold_of_it_alone() {
     assert!(several.contains("ODY0316") && several.contains("and of other fixed bodies"), "{several}");
     let both = run(GUIDES, &[]);
     assert!(column(&both, "load").iter().all(|load| (load + 30.0).abs() < 1e-9), "{:?}", column(&both, "load"));
+}
+
+/// What is looked at may be the end of a run that has come to the scene's end; a run does not continue from there.
+#[test]
+fn the_end_of_a_run_is_a_place_to_look_at() {
+    let scratch = Scratch::new();
+    scratch.file("scene.toml", PROPPED);
+    leg(&scratch, "simulation.t_end=0.1", "run", None);
+    let state = || Restart::read(&scratch.path().join("run")).unwrap();
+    let mut session = open_text(PROPPED, &[]);
+    assert!(session.stand_at(state()).is_ok());
+    let error = session.go_on_from(state()).unwrap_err().to_string();
+    assert!(error.contains("ODY0804"), "{error}");
+    let open = || {
+        let mut session = open_text(PROPPED, &[]);
+        session.stand_at(state())?;
+        Ok(session)
+    };
+    let (_, instant) = place(&open, At::Start, &mut |_| ()).unwrap_or_else(|error| panic!("{error}"));
+    assert!((instant.time - 0.1).abs() < 1e-15, "{}", instant.time);
 }
