@@ -146,6 +146,7 @@ mod rough;
 mod runs;
 mod schema;
 mod sensitivities;
+mod shares;
 mod singular;
 mod soak;
 mod soft_and_light;

@@ -58,7 +58,7 @@ fn placed(
     let open = || -> Result<Session, SessionError> {
         let mut session = model.session()?;
         if let Some(from) = from {
-            session.go_on_from(restart(&session, from)?)?;
+            session.stand_at(restart(&session, from)?)?;
         }
         Ok(session)
     };

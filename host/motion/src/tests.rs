@@ -6,7 +6,7 @@
 mod foreign;
 
 pub use foreign::*;
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, Vector3};
 
 use crate::analysis::{Assembly, Constraints, assemble, mass_values, sparse_engine, start_inputs};
 use crate::diagnostics::Diagnostic;
@@ -46,6 +46,7 @@ pub fn prepared(text: &str) -> Prepared {
     let mut rows = Constraints::new(&equations, &all, &[], &[]).unwrap();
     rows.evaluate(&start_inputs(&layout, 0.0, &assembly), &model.sets).unwrap();
     let body = |k: usize| &assembly.working[13 * k..];
+    let positions: Vec<Vector3<f64>> = (0..layout.bodies).map(|k| Vector3::from_column_slice(&body(k)[..3])).collect();
     let rotations: Vec<Matrix3<f64>> =
         (0..layout.bodies).map(|k| rotation(&[body(k)[3], body(k)[4], body(k)[5], body(k)[6]])).collect();
     let mass = mass_values(&model);
@@ -54,6 +55,7 @@ pub fn prepared(text: &str) -> Prepared {
         structure: &rows.structure,
         mass: &mass,
         jacobian: rows.jacobian(),
+        positions: &positions,
         rotations: &rotations,
         length: assembly.scales.length,
         scales: &body_scales(&model, assembly.scales.length),

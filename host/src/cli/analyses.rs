@@ -74,7 +74,7 @@ fn place(args: &PlaceArgs) -> Result<(Session, Instant), Failure> {
     let open = || {
         let mut session = Session::open(&args.scene.scene, &args.scene.options(None))?;
         if let Some(state) = &from {
-            session.go_on_from(state.clone())?;
+            session.stand_at(state.clone())?;
         }
         warn(&session, warned.replace(true));
         Ok(session)

@@ -267,6 +267,9 @@ impl Words<'_> {
                     Target::Movable(body) => Some(*body),
                     Target::Fixed { .. } => None,
                 };
+                if index.is_none() && on.value != GROUND {
+                    self.apart(instance, on)?;
+                }
                 instance.markers.iter().position(|marker| marker.body == index).ok_or_else(|| {
                     Box::new(
                         Diagnostic::error(
@@ -289,6 +292,30 @@ impl Words<'_> {
             }
         };
         Ok((Quantity::Load { element, frame, torque, axes, component }, dimension, place))
+    }
+
+    /// Refuses a load on a fixed body that the element does not take hold of, or not of it alone: what it does to the ground is known as
+    /// a whole.
+    fn apart(&self, instance: &Instance, on: &Spanned<String>) -> Found<()> {
+        let record = self.scene.elements.iter().find(|record| record.name.value == instance.name);
+        let bodies = record.map_or(&[][..], |record| &record.bodies.value);
+        let is_fixed = |name: &&Spanned<String>| matches!(self.bodies.find(name), Ok(Target::Fixed { .. }));
+        let fixed: Vec<&str> = bodies.iter().filter(is_fixed).map(|name| name.value.as_str()).collect();
+        if fixed.iter().all(|name| *name == on.value) && (!fixed.is_empty() || bodies.is_empty()) {
+            return Ok(());
+        }
+        let name = &instance.name;
+        let refuse = |message: String, help: String| {
+            let place = "of this fixed body the load is not known";
+            Box::new(Diagnostic::error(codes::UNKNOWN_TARGET, message).at(on.span.clone(), place).help(help))
+        };
+        if !fixed.contains(&on.value.as_str()) {
+            let all: Vec<&str> = bodies.iter().map(|name| name.value.as_str()).collect();
+            let message = format!("`{name}` does not act on `{}`", on.value);
+            return Err(refuse(message, format!("it connects {}", quoted(&all))));
+        }
+        let message = format!("`{name}` takes hold of `{}` and of other fixed bodies", on.value);
+        Err(refuse(message, "`on = \"ground\"` is what it does to all of them together".into()))
     }
 
     fn body_names(&self, instance: &Instance) -> Vec<String> {

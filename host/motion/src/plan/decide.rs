@@ -56,6 +56,8 @@ pub struct Probe<'a> {
     pub mass: &'a [f64],
     /// Values of the Jacobian.
     pub jacobian: &'a [f64],
+    /// Centre of mass of each body, m, ground axes.
+    pub positions: &'a [Vector3<f64>],
     /// Rotation body -> ground of each body.
     pub rotations: &'a [Matrix3<f64>],
     /// A length typical of the scene, m.
@@ -164,6 +166,19 @@ impl Plan {
             always_rank_safe,
             sparse_health: enforced.map_or(0.0, |health| health.smallest_pivot_ratio),
         })
+    }
+
+    /// Takes for not unique, too, what is not at another place of the motion: what redundant rows leave open turns with the bodies,
+    /// and comes into other components. A place of another rank says nothing.
+    pub fn join(&mut self, there: &Self) {
+        if there.independent_rows.len() != self.independent_rows.len() {
+            return;
+        }
+        for (here, there) in self.reactions.iter_mut().zip(&there.reactions) {
+            let all = |mine: &mut [bool; 3], other: &[bool; 3]| mine.iter_mut().zip(other).for_each(|(a, b)| *a &= b);
+            all(&mut here.force, &there.force);
+            all(&mut here.torque, &there.torque);
+        }
     }
 
     /// Whether a component of a reaction is unique; `true` for elements without rows.
@@ -322,6 +337,11 @@ fn null_load(
     let rows = layout.rows_of(reaction.element);
     let marker = &instance.markers[reaction.frame];
     let (mut force, mut torque) = (Vector3::zeros(), Vector3::zeros());
+    // Torques are about the origin of the frame.
+    let origin = match marker.body {
+        Some(body) => probe.positions[body] + probe.rotations[body] * marker.position,
+        None => marker.position,
+    };
     let pattern = &probe.structure.jacobian;
     let before = |row: usize| pattern.partition_point(|(k, _)| probe.rows[*k] < row);
     let entries = before(rows.start)..before(rows.end);
@@ -333,14 +353,12 @@ fn null_load(
         let load = -value * lambda[probe.rows[*row]];
         if column % 6 < 3 {
             force[column % 6] += load;
+            let mut part = Vector3::zeros();
+            part[column % 6] = load;
+            torque += (probe.positions[body] - origin).cross(&part);
         } else {
             torque += probe.rotations[body].column(column % 6 - 3) * load;
         }
     }
-    match marker.body {
-        // From the centre of mass to the marker. On ground the moment's reference only matters where the force is not
-        // unique either, which is then already known.
-        Some(body) => (force, torque - (probe.rotations[body] * marker.position).cross(&force)),
-        None => (force, torque),
-    }
+    (force, torque)
 }

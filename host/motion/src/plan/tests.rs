@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used)] // in a test, the panic is the message
 
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, Vector3};
 
 use super::decide::{Rank, unique_reactions};
 use super::*;
@@ -284,6 +284,8 @@ fn elimination_finds_the_dense_rank_and_the_same_unique_reactions() {
         let mut rows = Constraints::new(&equations, &all, &[], &[]).unwrap();
         rows.evaluate(&start_inputs(layout, 0.0, &assembly), &model.sets).unwrap();
         let body = |k: usize| &assembly.working[13 * k..];
+        let positions: Vec<Vector3<f64>> =
+            (0..layout.bodies).map(|k| Vector3::from_column_slice(&body(k)[..3])).collect();
         let rotations: Vec<Matrix3<f64>> =
             (0..layout.bodies).map(|k| rotation(&[body(k)[3], body(k)[4], body(k)[5], body(k)[6]])).collect();
         let mass = mass_values(&model);
@@ -292,6 +294,7 @@ fn elimination_finds_the_dense_rank_and_the_same_unique_reactions() {
             structure: &rows.structure,
             mass: &mass,
             jacobian: rows.jacobian(),
+            positions: &positions,
             rotations: &rotations,
             length: assembly.scales.length,
             scales: &body_scales(&model, assembly.scales.length),

@@ -77,7 +77,7 @@ impl Session {
             [] => session.judge(summary),
             islands => session.judge_apart(summary, islands),
         }
-        let judged = session.judge_contacts(summary, &mut samplings);
+        let judged = session.judge_reactions(summary, &mut samplings, end.state.as_ref().ok());
         session.judge_outputs(summary, &samplings);
         session.warn_of_elements(summary);
         let checks = session.evaluate(summary, &samplings);

@@ -1,6 +1,6 @@
 //! What is decided from the numbers at one place of the motion.
 
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, Vector3};
 
 use super::error::SessionError;
 use crate::analysis::{Assembly, Constraints, mass_values, sparse_engine};
@@ -32,18 +32,19 @@ pub(super) fn decide(
     let inputs = crate::analysis::start_inputs(layout, t, assembly);
     let mut rows = Constraints::of_all(equations).map_err(|e| broken(&e))?;
     rows.evaluate(&inputs, &model.sets).map_err(|e| broken(&e))?;
-    let rotations: Vec<Matrix3<f64>> = (0..layout.bodies)
+    let (positions, rotations): (Vec<Vector3<f64>>, Vec<Matrix3<f64>>) = (0..layout.bodies)
         .map(|body| {
             let y = &assembly.working[13 * body..];
-            rotation(&[y[3], y[4], y[5], y[6]])
+            (Vector3::new(y[0], y[1], y[2]), rotation(&[y[3], y[4], y[5], y[6]]))
         })
-        .collect();
+        .unzip();
     let mass = mass_values(model);
     let probe = Probe {
         rows: &rows.rows,
         structure: &rows.structure,
         mass: &mass,
         jacobian: rows.jacobian(),
+        positions: &positions,
         rotations: &rotations,
         length: assembly.scales.length,
         scales: &body_scales(model, assembly.scales.length),

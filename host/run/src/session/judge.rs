@@ -1,9 +1,12 @@
 //! Whether the audit lets the results of a run pass.
 
+use super::decide::decide;
 use super::opened::Session;
 use super::options::DEFAULT_METHOD;
 use super::prepared::JUMP;
+use super::restart::Restart;
 use super::samplings::Samplings;
+use crate::analysis::Assembly;
 use crate::diagnostics::{Code, codes};
 use crate::model::{Axes, MAGNITUDE, Quantity};
 use crate::results::{
@@ -50,8 +53,56 @@ impl Session {
         });
     }
 
+    /// Notes outputs of reactions that are not unique, as far as this is seen only while the scene runs, and a motion that depends on
+    /// such reactions; `end`: the state at the end, where there is one.
+    pub(super) fn judge_reactions(
+        &self,
+        summary: &mut Summary,
+        samplings: &mut Samplings,
+        end: Option<&Restart>,
+    ) -> Result<(), ResultsError> {
+        let turned = end.map_or(Ok(()), |end| self.judge_directions(summary, samplings, end));
+        turned.and(self.judge_contacts(summary, samplings))
+    }
+
+    /// Notes outputs along directions into which bodies have turned what redundant rows leave open.
+    fn judge_directions(
+        &self,
+        summary: &mut Summary,
+        samplings: &mut Samplings,
+        end: &Restart,
+    ) -> Result<(), ResultsError> {
+        if self.plan.redundant_rows.is_empty() {
+            return Ok(());
+        }
+        let place = Assembly {
+            working: end.working.clone(),
+            references: end.references.clone(),
+            discrete: end.discrete.clone(),
+            ..self.assembly.clone()
+        };
+        let (scene, layout) = (&self.scene, &self.plan.layout);
+        let Ok(there) = decide(scene, &self.model, &self.equations, layout, (end.time, &place), true) else {
+            return Ok(());
+        };
+        let mut plan = self.plan.clone();
+        plan.join(&there);
+        let mut outputs = Vec::new();
+        for (info, channel) in samplings.channels.iter_mut().zip(&self.model.channels) {
+            if info.unique && !self.is_unique(channel, &plan) {
+                info.unique = false;
+                outputs.push(info.name.clone());
+            }
+        }
+        if outputs.is_empty() {
+            return Ok(());
+        }
+        summary.not_unique.append(&mut outputs);
+        samplings.write_channels(&self.scene.units)
+    }
+
     /// Notes what contacts left open: outputs that are not unique, and a motion that depends on such reactions.
-    pub(super) fn judge_contacts(&self, summary: &mut Summary, samplings: &mut Samplings) -> Result<(), ResultsError> {
+    fn judge_contacts(&self, summary: &mut Summary, samplings: &mut Samplings) -> Result<(), ResultsError> {
         if !self.equations.has_events() {
             return Ok(());
         }

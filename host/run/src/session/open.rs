@@ -173,11 +173,12 @@ impl Session {
         warnings.extend(super::started::warning(&assembly, &scene));
         warnings.extend(distance_warning(&assembly, &scene, &model));
         warnings.extend(time_warning(&scene));
-        let at_start = decide(&scene, &model, &equations, &layout, (t, &assembly), pruning.row_choice)?;
+        let mut at_start = decide(&scene, &model, &equations, &layout, (t, &assembly), pruning.row_choice)?;
         let blind = blind(&equations, at_start.redundant_rows.iter().map(|row| row.row));
         let chooses = pruning.row_choice && !blind;
-        let at_start =
-            if blind { decide(&scene, &model, &equations, &layout, (t, &assembly), false)? } else { at_start };
+        if blind {
+            at_start = decide(&scene, &model, &equations, &layout, (t, &assembly), false)?;
+        }
         let mut ahead = None;
         // Trees whose rows are beyond doubt have no ratio.
         let near = (f64::MIN_POSITIVE..NEAR).contains(&at_start.health.smallest_pivot_ratio);
@@ -189,6 +190,9 @@ impl Session {
         }
         let decide_at = |(t, place): &(f64, Assembly)| decide(&scene, &model, &equations, &layout, (*t, place), true);
         let there = ahead.as_ref().map(decide_at).transpose()?;
+        if let Some(there) = &there {
+            at_start.join(there);
+        }
         // In a singular position more rows depend on each other than where the motion goes; next to one they nearly do.
         let better = |other: &Plan| {
             let (here, there) = (at_start.health, other.health);

@@ -10,13 +10,27 @@ use crate::catalog::sha256;
 use crate::diagnostics::{Diagnostic, codes};
 
 impl Session {
-    /// Goes on from where another run of the scene ended, instead of from the scene's start. Inputs have the values that they had
-    /// there, those that the scene gives another value than it did then have that one.
+    /// Goes on from where another run of the scene ended, instead of from the scene's start: as [`Session::stand_at`].
     ///
     /// # Errors
-    /// A state of other bodies or elements; one that is not before the scene's end; an opaque element that refuses its
-    /// memory.
-    pub fn go_on_from(&mut self, mut state: Restart) -> Result<(), SessionError> {
+    /// As there; a state that is not before the scene's end.
+    pub fn go_on_from(&mut self, state: Restart) -> Result<(), SessionError> {
+        let time = state.time;
+        self.stand_at(state)?;
+        if time >= self.scene.simulation.t_end {
+            let message = format!("the run to continue from ended at {time} s, not before this scene's end");
+            let diagnostic = Diagnostic::error(codes::CANNOT_GO_ON, message).help("give a later end: --t-end");
+            return Err(SessionError::one(&self.scene.source, diagnostic));
+        }
+        Ok(())
+    }
+
+    /// Begins in the state where a run of the scene ended, be it at the scene's end. Inputs have the values that they had there, those that
+    /// the scene gives another value than it did then have that one.
+    ///
+    /// # Errors
+    /// A state of other bodies or elements; an opaque element that refuses its memory.
+    pub fn stand_at(&mut self, mut state: Restart) -> Result<(), SessionError> {
         let names: Vec<&str> = self.model.elements.iter().map(|element| element.name.as_str()).collect();
         let bodies: Vec<&str> = self.model.bodies.iter().map(|body| body.name.as_str()).collect();
         let layout = &self.plan.layout;
@@ -36,10 +50,6 @@ impl Session {
         let finite = |list: &[f64]| list.iter().all(|x| x.is_finite());
         if !(finite(&state.working) && finite(&state.references) && finite(&state.discrete) && state.time.is_finite()) {
             return refuse("the state to continue from contains numbers that are not finite".into(), "start anew");
-        }
-        if state.time >= self.scene.simulation.t_end {
-            let message = format!("the run to continue from ended at {} s, not before this scene's end", state.time);
-            return refuse(message, "give a later end: --t-end");
         }
         self.load_memories(&state.memories)?;
         // An input keeps the value that it had, but where the scene has been given another one since.

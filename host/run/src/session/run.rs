@@ -398,7 +398,7 @@ impl<'a> Run<'a> {
             Rows::Kept(samplings) => *samplings,
             Rows::Sent(_) => session.no_samplings(),
         };
-        let judged = session.judge_contacts(&mut summary, &mut samplings);
+        let judged = session.judge_reactions(&mut summary, &mut samplings, ended.state.as_ref().ok());
         judged.map_err(|error| session.files_error(&error))?;
         session.judge_outputs(&mut summary, &samplings);
         let checks = session.evaluate(&mut summary, &samplings);

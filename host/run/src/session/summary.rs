@@ -10,6 +10,7 @@ use crate::catalog::fault_code;
 use crate::diagnostics::{Code, Diagnostic, codes};
 use crate::integrate::{self, IntegrateError, Outcome, StopReason};
 use crate::model::{Channel, MAGNITUDE, Quantity};
+use crate::plan::Plan;
 use crate::results::{Audit, ChannelInfo, LibraryUsed, Remedy, ResultsError, Status, Summary, checksum, significant};
 use crate::scene::{Dimension, OutputRecord};
 
@@ -62,18 +63,23 @@ impl Session {
         note_machine_code(summary, &ended.made, self.scene.units.factor(Dimension::TIME));
     }
 
-    pub(super) fn channel_info(&self, (number, channel): (usize, &Channel)) -> ChannelInfo {
-        let unique = match &channel.quantity {
+    /// Whether reactions that are not unique leave the values of a channel as they are.
+    pub(super) fn is_unique(&self, channel: &Channel, plan: &Plan) -> bool {
+        match &channel.quantity {
             Quantity::Load { element, frame, torque, axes, component } => {
                 let component =
                     matches!(axes, crate::model::Axes::Ground).then_some(*component).filter(|k| *k < MAGNITUDE);
-                self.plan.is_unique(*element, *frame, *torque, component)
+                plan.is_unique(*element, *frame, *torque, component)
             }
             Quantity::Value { element, channel } => {
-                !self.plan.undetermined.iter().any(|open| open.element == *element && open.channels[*channel])
+                !plan.undetermined.iter().any(|open| open.element == *element && open.channels[*channel])
             }
             _ => true,
-        };
+        }
+    }
+
+    pub(super) fn channel_info(&self, (number, channel): (usize, &Channel)) -> ChannelInfo {
+        let unique = self.is_unique(channel, &self.plan);
         // They are those of the scene, in its order; then what is taken besides.
         let is_it = |record: &&OutputRecord| record.name.value == channel.name;
         let outputs = &self.scene.outputs;
