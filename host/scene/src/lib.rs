@@ -81,6 +81,7 @@ mod rounding;
 pub mod schema;
 mod settings;
 mod shapes;
+mod slips;
 mod unit_system;
 mod units;
 mod verification;
