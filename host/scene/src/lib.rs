@@ -272,6 +272,14 @@ struct Parts {
     bodies: Vec<BodyRecord>,
     elements: Vec<ElementRecord>,
     inputs: Vec<ExternalInput>,
+    /// All keys of which [`Self::setting`] finds a value that is no table and no list, in the order of the text.
+    #[must_use]
+    pub fn settings(&self, overrides: &[Override]) -> Vec<(String, RawValue)> {
+        let (mut root, mut source) = (self.root.clone(), self.source.clone());
+        overrides::apply(&mut root, overrides, &mut source, &mut Vec::new());
+        overrides::values(&root)
+    }
+
     outputs: Vec<OutputRecord>,
     figures: Vec<FigureRecord>,
     checks: Vec<CheckRecord>,
