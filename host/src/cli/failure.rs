@@ -73,13 +73,8 @@ impl From<ResultsError> for Failure {
 
 impl From<CatalogError> for Failure {
     fn from(error: CatalogError) -> Self {
-        let failure = Self::new(error.diagnostic());
-        match error {
-            CatalogError::Files { .. } => failure.exit(exit::FILES),
-            // What is asked for by a name that no library has, as in a scene.
-            CatalogError::UnknownType { .. } | CatalogError::AmbiguousType { .. } => failure,
-            _ => failure.exit(exit::PLUGIN),
-        }
+        let exit = if matches!(error, CatalogError::Files { .. }) { exit::FILES } else { exit::PLUGIN };
+        Self::new(error.diagnostic()).exit(exit)
     }
 }
 
