@@ -133,7 +133,10 @@ pub(super) fn warn_of_unused(scene: &Scene, channels: &[Channel], instances: &[I
     let only_signals = |instance: &Instance| {
         instance.class.kind == Kind::Control && !instance.class.opaque && instance.class.checks.is_empty()
     };
-    for (instance, _) in instances.iter().zip(heard).filter(|(instance, heard)| !heard && only_signals(instance)) {
+    // Where a signal is not understood, it may be the one that takes this.
+    let wrong = found.iter().any(Diagnostic::is_error);
+    let idle = |instance: &Instance, heard: bool| !wrong && !heard && only_signals(instance);
+    for (instance, _) in instances.iter().zip(heard).filter(|(instance, heard)| idle(instance, *heard)) {
         let Some(record) = scene.elements.iter().find(|record| record.name.value == instance.name) else { continue };
         let channel = instance.class.channels.first().map_or("output", |channel| channel.name.as_str());
         let message = format!("no element and no output takes a signal of `{}`", instance.name);
