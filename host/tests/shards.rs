@@ -56,7 +56,7 @@ fn shards_of_a_study_make_its_table() {
     assert!(scratch.odyn("study brick.toml --csv none.csv").ends_with(8).err().contains("none.csv"));
     scratch.odyn("study merge nowhere").ends_with(8);
     let ran = scratch.odyn("study brick.toml --vary brick.mass=1,2 --series spim").ends_with(3);
-    assert!(ran.err().contains("did you mean `spin`?"), "{}", ran.err());
+    assert!(ran.err().contains("there is no output `spim`"), "{}", ran.err());
 }
 
 /// The scripts do what they say, with a folder's name that a shell would take apart.
