@@ -87,6 +87,16 @@ fn a_pendulum_hangs_and_one_that_stands_is_unstable() {
     assert!(all.failed.is_empty() && all.found.len() == 2, "{:?}", all.failed);
 }
 
+/// Nothing moves, so nothing decays either.
+#[test]
+fn what_has_no_degree_of_freedom_is_not_called_stable() {
+    let frames = PENDULUM.lines().find(|line| line.starts_with("frames")).unwrap();
+    let held = PENDULUM.replace("revolute", "bracket").replace(frames, "point = [0, 0, 0]");
+    let held = rest(&of_text(&held, &[]));
+    assert_eq!((held.stability, held.modes.coordinates, held.modes.modes.len()), (Stability::Immobile, 0, 0));
+    assert!(held.stability.words().contains("no degree of freedom"));
+}
+
 #[test]
 fn a_run_starts_at_the_equilibrium_with_the_velocities_of_the_scene() {
     let at_rest = ["simulation.start=equilibrium"];

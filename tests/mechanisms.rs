@@ -458,6 +458,11 @@ fn an_unbalanced_wheel_is_balanced_opposite() {
 fn an_unbalanced_wheel(path: &Path) {
     let open = |sets: &[&str]| Session::open(path, &options(sets, &[]));
     let question = Question { turn: "axle.angle".into(), turns: 2, harmonics: 3, about: [0.0, 0.0, 0.0] };
+    for (turns, harmonics) in [(0, 3), (2, 0)] {
+        let none = Question { turn: "axle.angle".into(), turns, harmonics, about: [0.0; 3] };
+        let refused = balance(&|| open(&[]), &none, &mut |_| ()).map(|_| ()).unwrap_err();
+        assert!(refused.to_string().contains("cannot be 0"), "{refused}");
+    }
     let found = balance(&|| open(&[]), &question, &mut |_| ()).unwrap_or_else(|error| panic!("{error}"));
     let expected = 0.5 * 0.1 * 2500.0;
     let first = &found.shaking.harmonics[1];

@@ -446,8 +446,19 @@ fn a_number_that_changes_nothing_has_no_influence_and_one_that_is_not_there_is_r
     assert!(told(&[], &["block.mas"]).contains("gives no value for `block.mas`"));
     assert!(told(&[], &["blok.mass"]).contains("there is no `blok.mass`"));
     assert!(told(&["y"], &["block.mass"]).contains("no output or figure `y`"));
-    assert!(told(&[], &["block.name"]).contains("is no number"));
-    assert!(told(&[], &["block.position"]).contains("an entry of a list is"));
+    // What can be named instead.
+    assert!(told(&[], &["block.mas"]).contains("did you mean `block.mass`"));
+    let text = told(&[], &["block.name"]);
+    assert!(
+        text.contains("`block.name` is no number: it is the text \"block\"") && text.contains("`block.mass`"),
+        "{text}"
+    );
+    assert!(told(&[], &["block.position"]).contains("numbers in it are `block.position.x`, `block.position.y`"));
+    assert!(told(&[], &["block"]).contains("numbers in it are `block.mass`"));
+    assert!(
+        told(&[], &["simulation.method"]).contains("did you mean")
+            || told(&[], &["simulation.method"]).contains("numbers of `simulation` are")
+    );
     assert!(told(&[], &["block.mass", "block.mass"]).contains("given twice"));
     assert!(told(&[], &["simulation.output_step"]).contains("changes the times of the samples"));
 }

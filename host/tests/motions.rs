@@ -68,10 +68,16 @@ fn mechanisms_without_drive_or_ground_are_refused() {
     let ran = scratch.odyn("kinematics point.toml").ends_with(5);
     assert!(ran.err().contains("no joint of the scene depends on time"), "{}", ran.err());
     scratch.odyn("kinematics point.toml --drive x=1:2").ends_with(2);
+    // As any name that the scene does not have.
+    scratch.odyn("kinematics point.toml --drive nothing").ends_with(3);
     let ran = scratch.odyn("kinematics point.toml --drive x").ends_with(5);
     assert!(ran.err().contains("3 freedoms"), "{}", ran.err());
     let ran = scratch.odyn("balance point.toml --turn x").ends_with(5);
     assert!(ran.err().contains("no angle of a joint"), "{}", ran.err());
+    for turns in ["0", "-1", "1.5", "two"] {
+        let ran = scratch.odyn(&format!("balance point.toml --turn x --turns {turns}")).ends_with(2);
+        assert!(ran.err().contains("not a whole number of 1 or more"), "{}", ran.err());
+    }
 }
 
 #[test]

@@ -48,11 +48,15 @@ fn shards_of_a_study_make_its_table() {
         ("study brick.toml --vary brick.mass=1,2 --shard 3/2", "17/64"),
         ("study brick.toml", "--vary"),
         ("study merge", "DIR"),
-        ("study brick.toml --csv none.csv", "none.csv"),
     ] {
         let ran = scratch.odyn(wrong).ends_with(2);
         assert!(ran.err().contains(what), "{wrong}: {}", ran.err());
     }
+    // Files that are not there, and outputs that the scene does not have, as everywhere.
+    assert!(scratch.odyn("study brick.toml --csv none.csv").ends_with(8).err().contains("none.csv"));
+    scratch.odyn("study merge nowhere").ends_with(8);
+    let ran = scratch.odyn("study brick.toml --vary brick.mass=1,2 --series spim").ends_with(3);
+    assert!(ran.err().contains("there is no output `spim`"), "{}", ran.err());
 }
 
 /// The scripts do what they say, with a folder's name that a shell would take apart.

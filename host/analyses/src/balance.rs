@@ -10,8 +10,10 @@ use nalgebra::{DMatrix, DVector, Vector3};
 use serde::Serialize;
 
 use crate::analysis::Evaluator;
+use crate::diagnostics::{Diagnostic, codes};
 use crate::driven::cannot;
 use crate::linalg::SingularValues;
+use crate::linear::refuse;
 use crate::model::{Axes, Level, Quantity, rotation};
 use crate::plan::Layout;
 use crate::prescribed::{Wanted, quantity};
@@ -255,6 +257,11 @@ pub fn balance(
     progress: &mut dyn FnMut(f64),
 ) -> Result<Balance, SessionError> {
     let session = open()?;
+    if question.turns == 0 || question.harmonics == 0 {
+        let what = if question.turns == 0 { "turns" } else { "harmonics" };
+        let diagnostic = Diagnostic::error(codes::OUT_OF_RANGE, format!("`{what}` cannot be 0"));
+        return Err(refuse(&session, diagnostic.help("give a whole number, 1 or more")));
+    }
     let turn = quantity(&session, &question.turn)?;
     let (joint, frame, body) = turning_joint(&session, &turn)?;
     let mut watch = Watch::new(&session, &turn);

@@ -37,6 +37,8 @@ pub enum Stability {
     /// Rows on velocities, as those of friction that sticks, hold what is neutral: places next to this rest as well. All modes decay,
     /// and what leaves the place comes to rest near it.
     Held,
+    /// No degree of freedom and no state is left: nothing can move, and nothing be stable or not.
+    Immobile,
     /// The linear model changes along the motion that it is of, as that of a pendulum on a shaft that turns does in axes of the ground:
     /// the eigenvalues of an instant say nothing about what grows.
     Frozen,
@@ -51,6 +53,7 @@ impl Stability {
             Self::Stable => "stable: all modes decay",
             Self::Undamped => "no mode grows, some do not decay (undamped)",
             Self::Held => "held: it rests here and in places next to this, and all modes decay",
+            Self::Immobile => "no degree of freedom: it cannot move, so there is nothing to be stable or unstable",
             Self::Frozen => {
                 "frozen: coefficients change along the motion, and eigenvalues of an instant do not say what grows"
             }
@@ -207,7 +210,9 @@ impl Modes {
         let (free, held) = neutral(linear, &found.null, length);
         let zeros_are_held = found.zeros == held.ncols();
         let slowest = modes.iter().map(|mode| mode.real.hypot(mode.imaginary)).fold(f64::INFINITY, f64::min);
-        let stability = if linear.unsteadiness > SLOW * slowest {
+        let stability = if linear.a.is_empty() {
+            Stability::Immobile
+        } else if linear.unsteadiness > SLOW * slowest {
             Stability::Frozen
         } else if modes.iter().any(|mode| mode.decided && mode.real > 0.0) {
             Stability::Unstable

@@ -360,6 +360,12 @@ table! {
         "Results are written at the start and then every `output_step`; a step longer than the run leaves the row at the start alone, and figures such as `final` and `max` are those of the start. The run itself is computed up to its end. Give a shorter `output_step`, or the times that are wanted as `output_times`.";
     FAR_FROM_TIME_ZERO = "ODY0861", Assembly, "far from t = 0",
         "Numbers have 16 digits. A run of 3 s that begins at t = 1e9 s has times that are 1e-7 s apart: events and samples are no better known, and smaller steps are not possible. Let times count from the start of the run, `t - 1e9` in functions of time, or raise the tolerance.";
+    OTHER_UNIT = "ODY0870", Scene, "number that looks like one of another unit",
+        "Plain numbers are in the units of the scene, those of `[units]`, or SI with angles in rad. `angle = 30` is 30 rad then, nearly five turns, and `gravity = [0, 0, -9.81]` with `length = \"mm\"` is 9.81 mm/s^2, a thousandth of that on earth. The number is used as it is written. Write the unit beside it, `\"30 deg\"`, `\"-9.81 m/s^2\"`, or name it in `[units]`.";
+    KEY_WITHOUT_EFFECT = "ODY0871", Scene, "key without effect",
+        "Two keys are each valid, but beside one of them the other changes nothing: `fixed_step` leaves nothing to `max_step` and `first_step`, and the reference engine has coordinates of its own, whatever `formulation` says. Leave one of them out.";
+    UNUSED_CONTROL = "ODY0872", Scene, "control element that nothing takes",
+        "A control element makes signals, and acts on nothing by itself: what an actuator, a driver or another control element takes stands among the `inputs` of that one, `inputs.signal = \"pid.output\"`. No element and no output takes a signal of this one, so that leaving it out changes nothing. Connect it, or take it away.";
     CURVE_PASSED = "ODY0883", Audit, "end of a joint's curve passed",
         "The curve of a joint is held beyond its first and last point. Where it arrives there with a slope it has a kink, at which the velocity of the body that follows it is turned at once, without the impact that this would be: from then on the motion is not that of the scene. Give points beyond the motion, or let the curve end level: two equal values.";
 }

@@ -89,7 +89,9 @@ fn entries(table: &RawTable, source: &mut Source) -> Found<Entries> {
         let message = format!("`file` must be a text, found {}", place.kind.describe());
         return Err(Box::new(Diagnostic::error(codes::WRONG_TYPE, message).at(place.span.clone(), "")));
     };
-    let text = read(name, source).map_err(|problem| Box::new(wrong(problem, place.span.clone())))?;
+    let text = read(name, source).map_err(|problem| {
+        Box::new(wrong(problem, place.span.clone()).help("a path is relative to the folder of the scene"))
+    })?;
     let start = source.add(name, text.as_str());
     let mut lines = fields(&text, start);
     let empty = || Box::new(wrong(format!("`{name}` has no line with the names of its columns"), place.span.clone()));
@@ -109,6 +111,7 @@ fn entries(table: &RawTable, source: &mut Source) -> Found<Entries> {
     if wanted.is_none() && head.len() > 2 {
         return matrix(&head, &lines, units);
     }
+    check_names(&head, wanted.is_none())?;
     let mut columns: Vec<Column> = head.into_iter().map(column).collect();
     let chosen: Vec<usize> = match &wanted {
         None => (0..columns.len()).collect(),
@@ -156,6 +159,27 @@ fn entries(table: &RawTable, source: &mut Source) -> Found<Entries> {
             Err(Box::new(wrong(message, place.span.clone()).help(help)))
         }
     }
+}
+
+/// That the first line has names, not the first numbers, which would be lost; and that time is no value where no columns are
+/// named.
+fn check_names(head: &[Cell], as_they_stand: bool) -> Found<()> {
+    if head.iter().all(|field| field.text.parse::<f64>().is_ok()) {
+        let message = "the first line has numbers where the names of the columns are needed";
+        let help = "put a line with names above it, such as `t [s], force [N]`";
+        return Err(Box::new(wrong(message, head[0].span.clone()).help(help)));
+    }
+    let is_time = |field: &Cell| ["t", "time"].contains(&name_and_unit(&field.text).0.to_ascii_lowercase().as_str());
+    if let [first, second] = head
+        && as_they_stand
+        && is_time(second)
+        && !is_time(first)
+    {
+        let message = format!("`{}` is the second column, which has the values of the function", second.text);
+        let help = "the argument stands first; or name the columns in this order: `columns = [\"t\", \"force\"]`";
+        return Err(Box::new(wrong(message, second.span.clone()).help(help)));
+    }
+    Ok(())
 }
 
 /// The grid of lines `x, y, z` in any order.
@@ -268,7 +292,9 @@ fn number(field: &Cell, unit: &str) -> Found<RawValue> {
     let Some(number) = number else {
         let what =
             if field.text.is_empty() { "this field is empty".into() } else { format!("`{}` is no number", field.text) };
-        return Err(Box::new(wrong(what, field.span.clone())));
+        let comma = field.text.replace(',', ".").parse::<f64>().is_ok();
+        let help = comma.then(|| "decimals follow a point: `1.5`".to_owned());
+        return Err(Box::new(wrong(what, field.span.clone()).help_if(help)));
     };
     let kind = match unit {
         "" => RawKind::Number(number),

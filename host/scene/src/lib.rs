@@ -81,6 +81,7 @@ mod rounding;
 pub mod schema;
 mod settings;
 mod shapes;
+mod slips;
 mod unit_system;
 mod units;
 mod verification;
@@ -106,7 +107,7 @@ pub use shapes::{ShapeKind, ShapeRecord};
 pub use unit_system::UnitSystem;
 pub use units::{UnitError, name_and_unit, number_and_unit, parse_unit};
 
-use odyn_diagnostics::{Diagnostic, Source, codes};
+use odyn_diagnostics::{Diagnostic, Source, codes, suggest};
 use reader::{NamesTaken, Reader, Record, Scope};
 use std::io::Read;
 use std::path::Path;
@@ -131,6 +132,8 @@ const KEYS: &[&str] = &[
 
 /// Longest scene that is read, bytes. Ten thousand bodies with their joints take six million.
 const LONGEST: u64 = 64 << 20;
+/// Files of a folder that are looked at for a name that is near.
+const MOST_FILES: usize = 10_000;
 
 /// A scene that could not be read: its text and everything that is wrong with it.
 #[derive(Clone, Debug, PartialEq)]
@@ -167,6 +170,42 @@ pub struct Document {
     diagnostics: Vec<Diagnostic>,
 }
 
+/// What to do about a file that cannot be read: the nearest name in its folder, the scenes of a folder.
+fn advice(path: &Path, error: &std::io::Error) -> String {
+    let scenes = |folder: &Path| -> Vec<String> {
+        let entries = std::fs::read_dir(folder).into_iter().flatten().take(MOST_FILES).filter_map(Result::ok);
+        let names = entries.filter_map(|entry| entry.file_name().into_string().ok());
+        let mut found: Vec<String> = names.filter(|name| name.ends_with(".toml")).collect();
+        found.sort();
+        found
+    };
+    match error.kind() {
+        std::io::ErrorKind::IsADirectory if path.join("state.toml").exists() => {
+            "this folder has results; name the scene, and continue from here with `--from FOLDER`".into()
+        }
+        std::io::ErrorKind::IsADirectory | std::io::ErrorKind::PermissionDenied if path.is_dir() => {
+            match scenes(path).first() {
+                Some(first) => format!("name a scene in this folder, such as `{}`", path.join(first).display()),
+                None => "name a scene: a file, usually `*.toml`".into(),
+            }
+        }
+        std::io::ErrorKind::PermissionDenied => "it may not be read: see who it belongs to, and `chmod u+r`".into(),
+        std::io::ErrorKind::NotFound => {
+            let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+            let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+            let all = scenes(folder);
+            let bare = |name: &str| name.trim_end_matches(".toml").to_owned();
+            let near = suggest(&bare(&name), all.iter().map(|one| one.trim_end_matches(".toml")));
+            match near.filter(|_| folder.is_dir()) {
+                Some(near) => format!("did you mean `{}`?", path.with_file_name(format!("{near}.toml")).display()),
+                None if !folder.is_dir() => format!("there is no folder `{}`; check the path", folder.display()),
+                None => "check the path, which is relative to the folder that the command is started in".into(),
+            }
+        }
+        _ => "check the path, and that it is a file".into(),
+    }
+}
+
 impl Document {
     /// Reads a file; the path as given becomes the name of the source.
     ///
@@ -174,10 +213,10 @@ impl Document {
     /// The file cannot be read or is not UTF-8 (then the source is empty), or as [`Document::parse`].
     pub fn open(path: &Path) -> Result<Self, Box<Rejected>> {
         let name = path.display().to_string();
-        let unreadable = |message: String| {
+        let unreadable = |message: String, help: String| {
             Box::new(Rejected {
                 source: Source::new(name.clone(), ""),
-                diagnostics: vec![Diagnostic::error(codes::UNREADABLE, message)],
+                diagnostics: vec![Diagnostic::error(codes::UNREADABLE, message).help(help)],
             })
         };
         let mut bytes = Vec::new();
@@ -187,14 +226,19 @@ impl Document {
             bytes.reserve(length as usize + 1);
             file.take(LONGEST + 1).read_to_end(&mut bytes)
         });
-        file.map_err(|error| unreadable(format!("cannot read `{name}`: {error}")))?;
+        file.map_err(|error| unreadable(format!("cannot read `{name}`: {error}"), advice(path, &error)))?;
         if bytes.len() as u64 > LONGEST {
-            return Err(unreadable(format!("`{name}` is no scene: it is longer than {} MB", LONGEST >> 20)));
+            let message = format!("`{name}` is no scene: it is longer than {} MB", LONGEST >> 20);
+            return Err(unreadable(message, "name a scene: a text file, usually `*.toml`".into()));
         }
         let text = String::from_utf8(bytes).map_err(|error| {
             let good = error.utf8_error().valid_up_to();
             let line = error.as_bytes()[..good].iter().filter(|b| **b == b'\n').count() + 1;
-            unreadable(format!("`{name}` is not UTF-8 text, line {line} has other bytes"))
+            let message = format!("`{name}` is not UTF-8 text, line {line} has other bytes");
+            unreadable(
+                message,
+                "save it as UTF-8 (`iconv -f latin1 -t utf8`, or the encoding that your editor shows)".into(),
+            )
         })?;
         Self::parse(Source::new(name, text))
     }
@@ -226,6 +270,14 @@ impl Document {
         let (mut root, mut source) = (self.root.clone(), self.source.clone());
         overrides::apply(&mut root, overrides, &mut source, &mut Vec::new());
         Ok(overrides::get(&root, key, 0..0)?.cloned())
+    }
+
+    /// All keys of which [`Self::setting`] finds a value that is no table and no list, in the order of the text.
+    #[must_use]
+    pub fn settings(&self, overrides: &[Override]) -> Vec<(String, RawValue)> {
+        let (mut root, mut source) = (self.root.clone(), self.source.clone());
+        overrides::apply(&mut root, overrides, &mut source, &mut Vec::new());
+        overrides::values(&root)
     }
 
     /// The scene with overrides; see [`parse`].

@@ -292,6 +292,43 @@ fn candidates(root: &RawTable, whole: &str) -> Vec<String> {
     found
 }
 
+/// All values that are no tables and no lists, by their keys.
+pub(super) fn values(root: &RawTable) -> Vec<(String, RawValue)> {
+    let mut found = Vec::new();
+    for key in SECTIONS {
+        // Parameters need no prefix.
+        let prefix = if key == "parameters" { "" } else { key };
+        if let Some(raw) = root.get(key).filter(|raw| raw.as_table().is_some()) {
+            values_inside(raw, prefix, &mut found);
+        }
+    }
+    for item in LISTS.iter().filter_map(|list| root.get(list)?.as_array()).flatten() {
+        let name = item.as_table().and_then(|table| table.get("name"));
+        if let Some(name) = name.and_then(RawValue::as_text) {
+            values_inside(item, name, &mut found);
+        }
+    }
+    found
+}
+
+fn values_inside(raw: &RawValue, path: &str, found: &mut Vec<(String, RawValue)>) {
+    let longer = |segment: &str| if path.is_empty() { segment.to_owned() } else { format!("{path}.{segment}") };
+    match &raw.kind {
+        RawKind::Table(table) => {
+            table.entries.iter().for_each(|(key, value)| values_inside(value, &longer(&key.value), found));
+        }
+        RawKind::Array(items) => {
+            let axes = ["x", "y", "z"];
+            for (k, item) in items.iter().enumerate() {
+                let number = k.to_string();
+                let segment = if items.len() == axes.len() { axes[k] } else { number.as_str() };
+                values_inside(item, &longer(segment), found);
+            }
+        }
+        _ => found.push((path.to_owned(), raw.clone())),
+    }
+}
+
 fn leaves(table: &RawTable, prefix: &str, found: &mut Vec<String>) {
     for (key, value) in &table.entries {
         let name = format!("{prefix}{}", key.value);

@@ -1,6 +1,7 @@
 //! Values as written: TOML with byte ranges, before anything is known of their meaning.
 
 use super::quantity::Quantity;
+use super::slips;
 use odyn_diagnostics::{Diagnostic, Source, codes};
 use std::ops::Range;
 use toml::de::{DeTable, DeValue};
@@ -140,7 +141,7 @@ pub(super) fn parse_document(source: &Source, diagnostics: &mut Vec<Diagnostic>)
     let (document, errors) = DeTable::parse_recoverable(&source.text);
     let document = shallow(DeValue::Table(document.into_inner()), 0).map_err(|deep| vec![deep])?;
     if !errors.is_empty() {
-        return Err(syntax_errors(&errors, source.text.len()));
+        return Err(syntax_errors(&errors, &source.text));
     }
     let table = convert(&document, 0..0, 0, diagnostics);
     match table.kind {
@@ -166,18 +167,19 @@ pub(super) fn parse_value(text: &str, start: usize, diagnostics: &mut Vec<Diagno
     }
 }
 
-fn syntax_errors(errors: &[toml::de::Error], length: usize) -> Vec<Diagnostic> {
+fn syntax_errors(errors: &[toml::de::Error], text: &str) -> Vec<Diagnostic> {
     errors
         .iter()
         .map(|error| {
-            let span = error.span().unwrap_or(length..length);
+            let span = error.span().unwrap_or(text.len()..text.len());
             let code = match error.message() {
                 message if message.contains("duplicate key") => codes::DUPLICATE_KEY,
                 message if message.contains("recurs") => codes::TOO_DEEP,
                 _ => codes::SYNTAX,
             };
             let message = error.message().trim();
-            Diagnostic::error(code, message).at(span, "")
+            let help = slips::remedy(text, &span, message);
+            Diagnostic::error(code, message).at(span, "").help_if(help)
         })
         .collect()
 }

@@ -163,9 +163,23 @@ impl Reader<'_> {
     /// Reports a value of the wrong kind.
     pub(super) fn wrong_type(&mut self, key: &str, expected: &str, raw: &RawValue) {
         let found = raw.kind.describe();
+        let text = raw.as_text().map(str::to_ascii_lowercase);
+        let axis = key.contains("axis") || key.contains("axes");
+        let help = match text.as_deref() {
+            Some("x" | "y" | "z") if !axis => None,
+            Some("x") => Some("write `[1, 0, 0]`"),
+            Some("y") => Some("write `[0, 1, 0]`"),
+            Some("z") => Some("write `[0, 0, 1]`"),
+            Some("true" | "yes" | "on") => Some("write `true`, in lower case and without quotes"),
+            Some("false" | "no" | "off") => Some("write `false`, in lower case and without quotes"),
+            _ => None,
+        };
+        let one = raw.as_text().filter(|_| expected.starts_with("a list of names"));
+        let help = help.map(str::to_owned).or_else(|| one.map(|name| format!("write `[\"{name}\"]`")));
         self.diagnostics.push(
             Diagnostic::error(codes::WRONG_TYPE, format!("`{key}` must be {expected}, found {found}"))
-                .at(raw.span.clone(), format!("this is {found}")),
+                .at(raw.span.clone(), format!("this is {found}"))
+                .help_if(help),
         );
     }
 

@@ -8,7 +8,7 @@
 //! whose columns are the body's axes in ground.
 
 use super::dimension::Dimension;
-use super::raw::RawValue;
+use super::raw::{RawKind, RawValue};
 use super::reader::{Reader, Record, normalised};
 use odyn_diagnostics::{Diagnostic, codes};
 
@@ -45,6 +45,7 @@ pub(super) fn read(raw: &RawValue, what: &str, reader: &mut Reader<'_>) -> Optio
         "axis" => {
             let angle = table.get("angle")?;
             let axis = reader.direction(first, "axis");
+            warn_of_degrees(angle, reader);
             let angle = reader.quantity(angle, Dimension::ANGLE);
             Some(about(axis?, angle?))
         }
@@ -56,11 +57,13 @@ pub(super) fn read(raw: &RawValue, what: &str, reader: &mut Reader<'_>) -> Optio
             axes(x?, y?, second, reader)
         }
         "rotation_vector" => {
+            warn_of_degrees(first, reader);
             let vector = reader.quantities(first, "rotation_vector", Dimension::ANGLE)?;
             let angle = vector.iter().fold(0.0_f64, |sum, x| sum.hypot(*x));
             Some(normalised(vector).map_or(IDENTITY, |axis| about(axis, angle)))
         }
         "euler_zyx" => {
+            warn_of_degrees(first, reader);
             let [z, y, x]: [f64; 3] = reader.quantities(first, "euler_zyx", Dimension::ANGLE)?;
             let about_z = about([0.0, 0.0, 1.0], z);
             let about_y = about([0.0, 1.0, 0.0], y);
@@ -69,6 +72,33 @@ pub(super) fn read(raw: &RawValue, what: &str, reader: &mut Reader<'_>) -> Optio
         }
         _ => matrix(first, reader),
     }
+}
+
+/// Warns of plain numbers that would be more than a turn: nobody writes these, but whoever means degrees.
+fn warn_of_degrees(raw: &RawValue, reader: &mut Reader<'_>) {
+    let number = |raw: &RawValue| match raw.kind {
+        RawKind::Number(value) => Some(value),
+        RawKind::Integer(value) => Some(value as f64),
+        // `"30"` is as plain.
+        RawKind::Text(ref text) => text.trim().parse().ok(),
+        _ => None,
+    };
+    let turn = reader.scope.units.from_si(std::f64::consts::TAU, Dimension::ANGLE);
+    let items = raw.as_array().unwrap_or(std::slice::from_ref(raw));
+    // Digits are left out where a turn is written.
+    let far = items.iter().find_map(|item| Some((item, number(item).filter(|value| value.abs() > 1.001 * turn)?)));
+    let Some((item, value)) = far else { return };
+    let label = reader.scope.units.label(Dimension::ANGLE);
+    let help = if label == "rad" {
+        format!("write `\"{value} deg\"` if degrees are meant, or `angle = \"deg\"` in [units] for all of the scene")
+    } else {
+        format!("leave whole turns of {turn} {label} out, or write the unit that is meant")
+    };
+    reader.diagnostics.push(
+        Diagnostic::warning(codes::OTHER_UNIT, format!("an orientation of {value} {label} is more than a turn"))
+            .at(item.span.clone(), format!("plain numbers are in {label}"))
+            .help(help),
+    );
 }
 
 /// The way that the keys of the table belong to.

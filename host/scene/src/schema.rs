@@ -355,7 +355,11 @@ pub(super) fn element_keys(kind: &str) -> Vec<Key> {
         ("name", name(""), "Its name."),
         ("type", word(), "Element type, with or without its library: \"revolute\", \"odyn-joints/revolute\"."),
         ("bodies", list(word()), "Bodies it connects, in the order of its frames; \"ground\" is one."),
-        ("point", vector_of(Dimension::LENGTH), "Origin of its frames at the start, in ground."),
+        (
+            "point",
+            vector_of(Dimension::LENGTH),
+            "Origin of its frames at the start, in ground; those of the bodies if left out.",
+        ),
         ("points", list(vector_of(Dimension::LENGTH)), "Origins of its frames at the start, one per body, in ground."),
         ("axis", direction(), "z axis of its frames at the start, in ground."),
         ("axes", list(direction()), "z axes of its frames at the start, one per body, in ground."),

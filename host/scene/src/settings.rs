@@ -1,7 +1,7 @@
 //! `[units]`, `[plugins]` and `[simulation]`.
 
 use super::dimension::Dimension;
-use super::raw::{RawTable, RawValue, Spanned};
+use super::raw::{RawKind, RawTable, RawValue, Spanned};
 use super::reader::{Reader, Record, inner_span, unusable};
 use super::record::{AuditTolerance, LibraryRecord, MOST_SAMPLES, OutputTimes, PluginRequest, Simulation};
 use super::unit_system::{UNIT_KEYS, UnitSystem};
@@ -166,6 +166,8 @@ pub(super) const SIMULATION_KEYS: &[&str] = &[
 
 /// Largest relative tolerance: with errors as large as what is computed, there is no control of them.
 const MOST_TOLERANCE: f64 = 0.1;
+/// Acceleration of gravity on earth, m/s^2, as people write it.
+const ON_EARTH: std::ops::RangeInclusive<f64> = 9.78..=9.84;
 /// The word for `audit_tolerance` that switches judging off.
 const NOT_JUDGED: &str = "none";
 
@@ -216,6 +218,14 @@ pub(super) fn read_simulation(root: &RawTable, reader: &mut Reader<'_>) -> Optio
     } else {
         reader.positive(&record, "audit_tolerance", Dimension::DIMENSIONLESS).map(AuditTolerance::Limit)
     };
+    warn_of_gravity(&record, gravity, reader);
+    for (key, beside) in [("max_step", "fixed_step"), ("first_step", "fixed_step")] {
+        without_effect(&record, key, beside, "all steps have that size", reader);
+    }
+    let is = |key: &str, word: &str| record.table.get(key).and_then(RawValue::as_text) == Some(word);
+    if is("engine", "reference") && is("formulation", "joint") {
+        without_effect(&record, "formulation", "engine", "the reference engine has coordinates of its own", reader);
+    }
     let without = record.table.get("without").map(|raw| reader.words(raw, "without")).unwrap_or_default();
     Some(Simulation {
         span: record.table.span.clone(),
@@ -238,6 +248,36 @@ pub(super) fn read_simulation(root: &RawTable, reader: &mut Reader<'_>) -> Optio
         audit_tolerance,
         without,
     })
+}
+
+/// Warns of a key that changes nothing beside another one.
+fn without_effect(record: &Record<'_>, key: &str, beside: &str, why: &str, reader: &mut Reader<'_>) {
+    let (Some((idle, _)), Some((other, _))) = (record.table.entry(key), record.table.entry(beside)) else { return };
+    reader.diagnostics.push(
+        Diagnostic::warning(codes::KEY_WITHOUT_EFFECT, format!("`{key}` has no effect beside `{beside}`"))
+            .at(idle.span.clone(), why)
+            .context(other.span.clone(), "the other one")
+            .help(format!("leave `{key}` out, or `{beside}`")),
+    );
+}
+
+/// Warns of the acceleration on earth in m/s^2 as plain numbers of a scene that measures in something else.
+fn warn_of_gravity(record: &Record<'_>, gravity: [f64; 3], reader: &mut Reader<'_>) {
+    let Some(raw) = record.table.get("gravity") else { return };
+    let units = reader.scope.units;
+    let plain = |raw: &RawValue| matches!(raw.kind, RawKind::Number(_) | RawKind::Integer(_));
+    let size = gravity.iter().fold(0.0_f64, |sum, x| sum.hypot(*x));
+    let written = units.from_si(size, Dimension::ACCELERATION);
+    let metric = (units.factor(Dimension::ACCELERATION) - 1.0).abs() < 0.01;
+    if metric || !ON_EARTH.contains(&written) || !raw.as_array().is_some_and(|items| items.iter().all(plain)) {
+        return;
+    }
+    let label = units.label(Dimension::ACCELERATION);
+    reader.diagnostics.push(
+        Diagnostic::warning(codes::OTHER_UNIT, format!("gravity is {written} {label} here"))
+            .at(raw.span.clone(), format!("plain numbers are in {label}"))
+            .help(format!("write the unit, as in `[0, 0, \"-{written} m/s^2\"]`, if that of the earth is meant")),
+    );
 }
 
 fn read_output_times(record: &Record<'_>, span: &std::ops::Range<f64>, reader: &mut Reader<'_>) -> Option<OutputTimes> {

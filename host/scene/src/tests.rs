@@ -12,6 +12,7 @@ mod rotations;
 mod schema;
 mod shapes;
 mod signals;
+mod slips;
 mod units;
 mod verification;
 

@@ -36,7 +36,8 @@ pub(super) fn balance(args: &BalanceArgs) -> Result<u8, Failure> {
         }
     };
     let about = std::array::from_fn(|k| args.about.get(k).copied().unwrap_or(0.0) * length);
-    let question = Question { turn: args.turn.clone(), turns: args.turns, harmonics: args.harmonics.max(1), about };
+    let question =
+        Question { turn: args.turn.clone(), turns: args.turns.get(), harmonics: args.harmonics.get(), about };
     let progress = Progress::new();
     let mut listen = listener(&progress, args.quiet || args.scene.json);
     let open = |more: Option<&str>| {

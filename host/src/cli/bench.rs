@@ -61,7 +61,7 @@ fn settings(args: &BenchArgs) -> Result<Settings, Failure> {
         let diagnostic = Diagnostic::error(codes::UNKNOWN_METHOD, format!("there is no method `{unknown}`"))
             .help_if(nearest.map(|nearest| format!("did you mean `{nearest}`?")))
             .help(format!("known are {}", integrate::names().join(", ")));
-        return Err(Failure::new(diagnostic).exit(exit::USAGE));
+        return Err(Failure::new(diagnostic));
     }
     let mut settings = Settings {
         repeats: args.repeats as usize,

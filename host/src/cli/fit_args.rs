@@ -42,7 +42,7 @@ pub(super) struct SensitivityArgs {
     #[arg(long, value_name = "KEY,...", value_delimiter = ',', required = true)]
     pub(super) to: Vec<String>,
     /// Step of the differences, as a share of each number; found if left out
-    #[arg(long, value_name = "X", value_parser = positive)]
+    #[arg(long, value_name = "X", value_parser = positive, allow_negative_numbers = true)]
     pub(super) step: Option<f64>,
     /// Runs at the same time; as many as there are processors if left out
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]

@@ -1,5 +1,6 @@
 //! What can be written behind `inverse`, `kinematics`, `loads` and `balance`. The texts here are the program's help.
 
+use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
 use clap::Args;
@@ -64,7 +65,7 @@ pub(super) struct InverseArgs {
     #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
     pub(super) by: Option<Vec<String>>,
     /// Efforts at this spacing instead of at the rows of the motion file, in the scene's unit of time
-    #[arg(long, value_name = "TIME", value_parser = super::scene_args::positive)]
+    #[arg(long, value_name = "TIME", value_parser = super::scene_args::positive, allow_negative_numbers = true)]
     pub(super) every: Option<f64>,
     /// Folder of the results [default: results/NAME-inverse of the scene file]
     #[arg(short, long, value_name = "DIR")]
@@ -146,11 +147,11 @@ pub(super) struct BalanceArgs {
     #[arg(long, value_name = "NAME")]
     pub(super) turn: String,
     /// Whole turns that are looked at, the last ones of the run
-    #[arg(long, value_name = "N", default_value_t = 2)]
-    pub(super) turns: usize,
+    #[arg(long, value_name = "N", default_value = "2", value_parser = super::scene_args::whole, allow_negative_numbers = true)]
+    pub(super) turns: NonZeroUsize,
     /// Harmonics of the turning: those that are reported, and that the counterweight makes least
-    #[arg(long, value_name = "N", default_value_t = 8)]
-    pub(super) harmonics: usize,
+    #[arg(long, value_name = "N", default_value = "8", value_parser = super::scene_args::whole, allow_negative_numbers = true)]
+    pub(super) harmonics: NonZeroUsize,
     /// Radius of the counterweight, such as "20 mm" [default: where its mass is a tenth of that of the
     /// body, or nearer where that would add more than a tenth to the moment of inertia]
     #[arg(long, value_name = "LENGTH")]

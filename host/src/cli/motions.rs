@@ -91,7 +91,7 @@ pub(super) fn kinematics(args: &KinematicsArgs) -> Result<u8, Failure> {
     warn(&session, args.quiet);
     let drive = match &args.drive {
         None => Drive::Time,
-        Some(text) => Drive::read(&session, text).map_err(|error| Failure::from(error).exit(exit::USAGE))?,
+        Some(text) => Drive::read(&session, text)?,
     };
     let progress = Progress::new();
     let mut listen = listener(&progress, args.quiet || args.scene.json);

@@ -198,6 +198,11 @@ pub(super) fn positive(text: &str) -> Result<f64, String> {
     }
 }
 
+/// So many of something, one or more.
+pub(super) fn whole(text: &str) -> Result<std::num::NonZeroUsize, String> {
+    text.parse().map_err(|_| "not a whole number of 1 or more".into())
+}
+
 /// A limit of the audit, or none.
 pub(super) fn audit_tolerance(text: &str) -> Result<AuditTolerance, String> {
     match text {

@@ -47,6 +47,13 @@ fn points(args: &StudyArgs) -> Result<Points, Diagnostic> {
     }
 }
 
+/// Options that do not fit, unless the message is about a file, or about what the scene does not have.
+fn refused(diagnostic: Diagnostic) -> Failure {
+    let own = [codes::CANNOT_READ_RESULTS, codes::UNKNOWN_CHANNEL].contains(&diagnostic.code);
+    let failure = Failure::new(diagnostic);
+    if own { failure } else { failure.exit(exit::USAGE) }
+}
+
 /// The outputs that are kept over time.
 fn series(args: &StudyArgs) -> Result<Option<Series>, Diagnostic> {
     if args.series.is_empty() {
@@ -58,8 +65,8 @@ fn series(args: &StudyArgs) -> Result<Option<Series>, Diagnostic> {
 
 /// Runs a scene with all points, or those of a shard, and writes the table, or the part.
 fn run_points(args: &StudyArgs) -> Result<u8, Failure> {
-    let points = points(args).map_err(|diagnostic| Failure::new(diagnostic).exit(exit::USAGE))?;
-    let series = series(args).map_err(|diagnostic| Failure::new(diagnostic).exit(exit::USAGE))?;
+    let points = points(args).map_err(refused)?;
+    let series = series(args).map_err(refused)?;
     let folder = args.output.clone().unwrap_or_else(|| default_output(&args.scene.scene));
     if let Some(scheduler) = args.emit {
         return emit(args, scheduler, &folder, points.len());
@@ -76,7 +83,7 @@ fn run_points(args: &StudyArgs) -> Result<u8, Failure> {
         resume: args.resume,
         retry_failed: args.retry_failed,
     };
-    let refused = |diagnostic: Box<Diagnostic>| Failure::new(*diagnostic).exit(exit::USAGE);
+    let refused = |diagnostic: Box<Diagnostic>| refused(*diagnostic);
     if let (Some(shard), true) = (args.shard, args.resume)
         && let Some(path) = shard.finished(&args.scene.scene, &options, &folder).map_err(refused)?
     {
@@ -134,7 +141,7 @@ fn run_points(args: &StudyArgs) -> Result<u8, Failure> {
 
 /// Makes one table of the parts in a folder.
 fn merge_parts(args: &MergeArgs) -> Result<u8, Failure> {
-    let merged = merge(&args.folder).map_err(|diagnostic| Failure::new(*diagnostic).exit(exit::USAGE))?;
+    let merged = merge(&args.folder).map_err(|diagnostic| refused(*diagnostic))?;
     if args.json {
         terminal::print_as_it_is(&terminal::json(&merged.table))?;
     } else if !args.quiet {

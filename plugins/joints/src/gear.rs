@@ -12,7 +12,8 @@
 //! | mesh | phi_2 ahead of -(n_1 / n_2) phi_1 = 0, in rad; + instead of - for an internal gear |
 //!
 //! that is, r_1 phi_1 + r_2 phi_2 = 0 (external), r_1 phi_1 - r_2 phi_2 = 0 (internal, a pinion in a ring). phi_1 is counted
-//! over many turns. phi_2 is compared within half a turn, so that no two large numbers are subtracted.
+//! over many turns. phi_2 is compared within half a turn, so that no two large numbers are subtracted. Of the radii only the ratio
+//! counts: whether their sum (internal: their difference) is the distance of the axes is not looked at, and nothing moves an axis.
 //!
 //! ## Signs
 //!

@@ -190,6 +190,10 @@ impl Fit {
         let session = variants.session(&[], &Way::default())?;
         let place = |error: Box<Diagnostic>| SessionError::one(&session.scene.source, *error);
         let refuse = |message: String| Box::new(Diagnostic::error(codes::BAD_OVERRIDE, message));
+        let usage = |message: String, help: String| SessionError {
+            exit: Exit::Usage,
+            ..place(Box::new(Diagnostic::error(codes::BAD_OVERRIDE, message).help(help)))
+        };
         let data = Data::read(table, request, &session).map_err(place)?;
         let (mut parameters, mut bounds, mut start) = (Vec::new(), Vec::new(), Vec::new());
         for text in &request.vary {
@@ -201,8 +205,7 @@ impl Fit {
             }
             let Some((low, high)) = range.split_once(':') else {
                 let help = format!("write `--vary {key}=MIN:MAX`");
-                let error = refuse(format!("`--vary {text}` has no two bounds"));
-                return Err(place(Box::new(error.help(help))));
+                return Err(usage(format!("`--vary {text}` has no two bounds"), help));
             };
             let side = |text: &str, none: f64| match text.trim() {
                 "" => Ok(none),
@@ -210,7 +213,8 @@ impl Fit {
             };
             let own = Bounds { low: side(low, f64::NEG_INFINITY)?, high: side(high, f64::INFINITY)? };
             if own.low >= own.high {
-                return Err(place(refuse(format!("`--vary {text}`: the bounds leave no room"))));
+                let help = format!("write the smaller one first: `--vary {key}=MIN:MAX`");
+                return Err(usage(format!("`--vary {text}`: the bounds leave no room"), help));
             }
             let inside = parameter.value > own.low && parameter.value < own.high;
             let middle =

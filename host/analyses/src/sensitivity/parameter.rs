@@ -1,6 +1,6 @@
 //! [`Parameter`]: a number of a scene that `--set` can set, with its value and unit.
 
-use crate::diagnostics::{Diagnostic, codes};
+use crate::diagnostics::{Diagnostic, codes, suggest};
 use crate::scene::{Dimension, Document, Override, RawKind, RawValue, parse_unit};
 use crate::session::Session;
 
@@ -38,10 +38,18 @@ impl Parameter {
             let again = Diagnostic::error(error.code, error.message.clone());
             Box::new(error.help.iter().fold(again, |again, help| again.help(help.clone())))
         };
-        let found = document.setting(key, changes).map_err(placeless)?;
+        // What can be named instead, before advice that is not about numbers.
+        let advised = |diagnostic: Diagnostic| {
+            let advice = instead(key, document, changes, session);
+            let help = diagnostic.help.clone();
+            let bare = Diagnostic { help: advice.into_iter().collect(), ..diagnostic };
+            Box::new(if bare.help.is_empty() { help.into_iter().fold(bare, Diagnostic::help) } else { bare })
+        };
+        let found = document.setting(key, changes).map_err(|error| advised(*placeless(error)))?;
         let Some(raw) = found else {
             let message = format!("the scene gives no value for `{key}`, so that there is none to start from");
-            return Err(Box::new(refused(message).help(format!("write it in the scene, or add `--set {key}=VALUE`"))));
+            let help = format!("write it in the scene, or add `--set {key}=VALUE`");
+            return Err(Box::new(refused(message).help_if(instead(key, document, changes, session)).help(help)));
         };
         let plain = match raw.kind {
             RawKind::Number(value) => Some(value),
@@ -58,9 +66,12 @@ impl Parameter {
             return Ok(Self { key: key.into(), value, unit: unit.unwrap_or_default(), factor, dimension, plain: true });
         }
         let (si, dimension) = session.scene.any_quantity(&raw).map_err(|error| {
-            let message = format!("`{key}` is no number: {}", error.message);
-            let help = "an entry of a list is `rotor.velocity.x` or `rotor.inertia.0`";
-            Box::new(refused(message).help(help))
+            // A word is no expression with a parameter of that name.
+            let reason = match raw.as_text().filter(|_| error.code == codes::UNKNOWN_PARAMETER) {
+                Some(text) => format!("it is the text \"{text}\""),
+                None => error.message,
+            };
+            advised(refused(format!("`{key}` is no number: {reason}")))
         })?;
         if dimension == Dimension::DIMENSIONLESS {
             let (unit, dimension) = (String::new(), Some(dimension));
@@ -159,5 +170,39 @@ fn dimension_of<'a>(key: &str, session: &'a Session) -> Option<(Dimension, Optio
             Some((dimension, Some(spec.unit.as_str())))
         }
         _ => None,
+    }
+}
+
+/// Keys that are listed where none is near.
+const LISTED: usize = 8;
+
+/// What may be meant by a key that has no number: the numbers inside of it, the nearest one, those of the same owner, or some.
+fn instead(key: &str, document: &Document, changes: &[Override], session: &Session) -> Option<String> {
+    let is_number = |(key, raw): &(String, RawValue)| match &raw.kind {
+        RawKind::Number(_) | RawKind::Integer(_) => true,
+        // `parameters.a = "2 * b"` is one, the name of a body as that of a parameter is not meant.
+        RawKind::Text(_) => !key.ends_with(".name") && session.scene.any_quantity(raw).is_ok(),
+        _ => false,
+    };
+    let numbers: Vec<String> = document.settings(changes).into_iter().filter(is_number).map(|(key, _)| key).collect();
+    let listed = |found: &[&String]| {
+        let shown: Vec<String> = found.iter().take(LISTED).map(|key| format!("`{key}`")).collect();
+        format!("{}{}", shown.join(", "), if found.len() > LISTED { ", ..." } else { "" })
+    };
+    let within =
+        |prefix: &str| -> Vec<&String> { numbers.iter().filter(|number| number.starts_with(prefix)).collect() };
+    let inside = within(&format!("{key}."));
+    if !inside.is_empty() {
+        return Some(format!("numbers in it are {}", listed(&inside)));
+    }
+    if let Some(nearest) = suggest(key, numbers.iter().map(String::as_str)) {
+        return Some(format!("did you mean `{nearest}`?"));
+    }
+    let owner = key.split('.').next().unwrap_or_default();
+    let (own, all) = (within(&format!("{owner}.")), within(""));
+    match (own.is_empty(), all.is_empty()) {
+        (false, _) => Some(format!("numbers of `{owner}` are {}", listed(&own))),
+        (true, false) => Some(format!("numbers of the scene are {}", listed(&all))),
+        (true, true) => None,
     }
 }

@@ -117,14 +117,37 @@ fn sources_of(
     (sources, mistakes)
 }
 
-/// Warns of what is given from outside and goes nowhere.
+/// Warns of what goes nowhere: what is given from outside, and control elements.
 pub(super) fn warn_of_unused(scene: &Scene, channels: &[Channel], instances: &[Instance], found: &mut Vec<Diagnostic>) {
     let mut used = vec![false; scene.inputs.len()];
+    let mut heard = vec![false; instances.len()];
     for quantity in instances.iter().flat_map(Instance::signals).chain(channels.iter().map(|channel| &channel.quantity))
     {
-        if let Quantity::Given { input } = quantity {
-            used[*input] = true;
+        match quantity {
+            Quantity::Given { input } => used[*input] = true,
+            Quantity::Value { element, .. } => heard[*element] = true,
+            _ => {}
         }
+    }
+    // What is called may do something else, and what has checks says something by itself.
+    let only_signals = |instance: &Instance| {
+        instance.class.kind == Kind::Control && !instance.class.opaque && instance.class.checks.is_empty()
+    };
+    // Where a signal is not understood, it may be the one that takes this.
+    let wrong = found.iter().any(Diagnostic::is_error);
+    let idle = |instance: &Instance, heard: bool| !wrong && !heard && only_signals(instance);
+    for (instance, _) in instances.iter().zip(heard).filter(|(instance, heard)| idle(instance, *heard)) {
+        let Some(record) = scene.elements.iter().find(|record| record.name.value == instance.name) else { continue };
+        let channel = instance.class.channels.first().map_or("output", |channel| channel.name.as_str());
+        let message = format!("no element and no output takes a signal of `{}`", instance.name);
+        found.push(
+            Diagnostic::warning(codes::UNUSED_CONTROL, message)
+                .at(record.name.span.clone(), "it changes nothing")
+                .help(format!(
+                    "name it under `inputs` of an element, as `\"{}.{channel}\"`, or take it away",
+                    instance.name
+                )),
+        );
     }
     for (input, _) in scene.inputs.iter().zip(used).filter(|(_, used)| !used) {
         let message = format!("no element and no output takes the input `{}`", input.name.value);

@@ -106,6 +106,10 @@ impl ResultsError {
             Self::Read { path, .. } if path.ends_with(super::MOTION_FILE) => {
                 "a run writes it with `motion = true` in [simulation], or with `--motion`"
             }
+            Self::Read { path, .. } if path.ends_with(super::SUMMARY_FILE) => {
+                "name the folder of results that a run or an analysis has written, `results/NAME`, not the scene; \
+                 `odyn run SCENE --report` makes both"
+            }
             Self::Read { .. } => "check the path; the table of a run is `results.csv` in its folder",
             Self::NotATable { .. } => {
                 "a table has one header line with a column `t` or `time`, then a number per column in each line"

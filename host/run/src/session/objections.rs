@@ -127,6 +127,12 @@ pub(super) fn assembly_warnings(assembly: &Assembly, scene: &Scene) -> Result<Ve
                  give `x_axes` that fit the bodies as they are"
             )
         });
+        let hint = hint.or_else(|| {
+            let joint = placed_by_origins(scene, moved)?;
+            Some(format!(
+                "`{joint}` has no `point`: it joins the origins of its bodies; give the `point` where they meet"
+            ))
+        });
         if share > LARGEST_JUMP {
             let diagnostic = Diagnostic::error(
                 codes::ASSEMBLY_JUMP,
@@ -171,6 +177,18 @@ fn placed_by_axes_alone<'a>(scene: &'a Scene, moved: &Move) -> Option<&'a str> {
     let joints = scene.elements.iter().filter(|record| record.kind == ElementKind::Joint).filter(is_so);
     let mut own = joints.filter(|record| record.bodies.value.iter().any(|body| body.value == moved.body));
     own.next().map(|record| record.name.value.as_str())
+}
+
+/// The first joint of a body that was shifted which has no points.
+fn placed_by_origins<'a>(scene: &'a Scene, moved: &Move) -> Option<&'a str> {
+    let is_so = |record: &&ElementRecord| match &record.placement.value {
+        Placement::Global { points, .. } => points.is_empty(),
+        Placement::Local(_) => false,
+        Placement::Absent => true,
+    };
+    let joints = scene.elements.iter().filter(|record| record.kind == ElementKind::Joint).filter(is_so);
+    let mut own = joints.filter(|record| record.bodies.value.iter().any(|body| body.value == moved.body));
+    own.next().filter(|_| moved.distance > 0.0).map(|record| record.name.value.as_str())
 }
 
 /// The body furthest from the origin, if its position is known less exactly than the tolerance asks for.

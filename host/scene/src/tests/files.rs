@@ -105,6 +105,10 @@ fn mistakes_point_into_the_file() {
         ("a,b\n1,2\n3,4,5\n", "{ file = \"f.csv\" }", "this line has 3 fields, the first one has 2", "f.csv:3:1"),
         ("a [mm],b [quark]\n1,2\n", "{ file = \"f.csv\" }", "the unit `quark` can't be read", "f.csv:1:8"),
         ("a,b\n", "{ file = \"f.csv\" }", "has no numbers", "f.csv:1:1"),
+        // What would be taken for names, or for values.
+        ("0,1\n1,2\n2,3\n", "{ file = \"f.csv\" }", "the first line has numbers", "f.csv:1:1"),
+        ("force [N],t [s]\n1,0\n2,1\n", "{ file = \"f.csv\" }", "is the second column", "f.csv:1:11"),
+        ("a;b\n0;1,5\n", "{ file = \"f.csv\" }", "decimals follow a point", "f.csv:2:3"),
         ("# nothing\n", "{ file = \"f.csv\" }", "no line with the names of its columns", "scene.toml"),
         ("a,b,c\n1,2,3\n1,2,4\n", columns, "the point 1, 2 is there twice", "f.csv:3:1"),
         ("a,b,c\n1,2,3\n2,2,4\n1,3,4\n", columns, "has no value at 2, 3", "scene.toml"),

@@ -21,7 +21,6 @@ tolerance = 1e-9
 method = "dop853"
 engine = "interpreted"
 max_step = 1
-fixed_step = 2
 first_step = "1 us"
 max_steps = 100000
 audit_tolerance = 1e-6
@@ -92,7 +91,7 @@ fn settings_are_converted() {
     assert!(near(simulation.t_end, 0.2));
     assert_eq!(simulation.output, OutputTimes::Step(0.5e-3));
     assert_eq!(simulation.tolerance, Some(1e-9));
-    assert_eq!((simulation.max_step, simulation.fixed_step), (Some(1e-3), Some(2e-3)));
+    assert_eq!((simulation.max_step, simulation.fixed_step), (Some(1e-3), None));
     assert_eq!(simulation.first_step, Some(1e-6));
     assert_eq!(simulation.max_steps, Some(100_000));
     assert_eq!(simulation.audit_tolerance, Some(AuditTolerance::Limit(1e-6)));
@@ -408,4 +407,59 @@ fn pins_that_mean_nothing_are_reported() {
         let rejected = reject(&pinned(library));
         assert_eq!((rejected.codes(), rejected.culprit()), (vec![code], culprit), "{library}");
     }
+}
+
+/// What is valid, and most probably not meant, or changes nothing beside something else.
+#[test]
+fn what_is_probably_not_meant_is_warned_of() {
+    let warned = |text: &str| {
+        let (_, warnings) = parse(Source::new("test.toml", text), &[]).unwrap();
+        warnings.into_iter().map(|one| (one.code, one.help.concat())).collect::<Vec<_>>()
+    };
+    let body = |orientation: &str| {
+        format!("{SIMULATION}[[body]]\nname = \"a\"\nfixed = true\norientation = {{ {orientation} }}\n")
+    };
+    for orientation in ["axis = [0, 0, 1], angle = 30", "euler_zyx = [0, -90, 0]", "rotation_vector = [45, 0, 0]"] {
+        let found = warned(&body(orientation));
+        assert!(
+            matches!(&found[..], [(code, help)] if *code == codes::OTHER_UNIT && help.contains("deg\"`")),
+            "{found:?}"
+        );
+        assert!(warned(&format!("units.angle = \"deg\"\n{}", body(orientation))).is_empty());
+    }
+    assert!(warned(&body("axis = [0, 0, 1], angle = \"30 rad\"")).is_empty());
+    assert!(warned(&body("axis = [0, 0, 1], angle = 6.2832")).is_empty());
+    let falling = |units: &str, gravity: &str| warned(&format!("{units}\n{SIMULATION}gravity = {gravity}\n"));
+    let found = falling("units.length = \"mm\"", "[0, 0, -9.81]");
+    assert!(
+        matches!(&found[..], [(code, help)] if *code == codes::OTHER_UNIT && help.contains("\"-9.81 m/s^2\"")),
+        "{found:?}"
+    );
+    assert!(falling("units.length = \"mm\"", "[0, 0, -9810]").is_empty());
+    assert!(falling("units.length = \"mm\"", "[0, 0, \"-9.81 m/s^2\"]").is_empty());
+    assert!(falling("", "[0, 0, -9.81]").is_empty());
+    for keys in [
+        "max_step = 1e-3\nfixed_step = 1e-2",
+        "fixed_step = 1e-2\nfirst_step = 1e-3",
+        "engine = \"reference\"\nformulation = \"joint\"",
+    ] {
+        let found = warned(&format!("{SIMULATION}{keys}\n"));
+        assert!(matches!(&found[..], [(code, _)] if *code == codes::KEY_WITHOUT_EFFECT), "{keys}: {found:?}");
+    }
+    assert!(warned(&format!("{SIMULATION}engine = \"reference\"\nformulation = \"cartesian\"\n")).is_empty());
+}
+
+#[test]
+fn a_file_that_is_not_there_is_looked_for_beside() {
+    let folder = std::env::temp_dir().join(format!("odyn-beside-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    std::fs::write(folder.join("pendulum.toml"), "").unwrap();
+    let help = |path: &std::path::Path| Document::open(path).unwrap_err().diagnostics[0].help.concat();
+    assert!(help(&folder.join("pendlum.toml")).contains("did you mean"));
+    assert!(help(&folder.join("pendulum")).contains("pendulum.toml"));
+    assert!(help(&folder).contains("pendulum.toml"), "{}", help(&folder));
+    assert!(help(&folder.join("nowhere/pendulum.toml")).contains("there is no folder"));
+    std::fs::write(folder.join("latin.toml"), b"title = \"f\xfcr\"").unwrap();
+    assert!(help(&folder.join("latin.toml")).contains("UTF-8"));
+    std::fs::remove_dir_all(&folder).unwrap();
 }

@@ -35,7 +35,10 @@ pub fn merge(folder: &Path) -> Result<Merged, Box<Diagnostic>> {
         let message = format!("cannot merge the parts in {}: {what}", folder.display());
         Box::new(Diagnostic::error(codes::CANNOT_GO_ON, message).help(help))
     };
-    let found = shard::parts(folder).map_err(|cause| refused(cause.to_string(), "name the folder of the study"))?;
+    let found = shard::parts(folder).map_err(|cause| {
+        let unread = refused(cause.to_string(), "name the folder of the study");
+        Box::new(Diagnostic { code: codes::CANNOT_READ_RESULTS, ..*unread })
+    })?;
     let (Some(first), Some(last)) = (found.first(), found.last()) else {
         let help = "parts are written by `odyn study ... --shard 1/4 -o DIR`, each when all of its runs have ended";
         return Err(refused("there are none".into(), help));

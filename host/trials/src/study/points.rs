@@ -68,7 +68,8 @@ impl Points {
     /// A file that cannot be read, that is no such table, or that has no points; see also [`Points::table`].
     pub fn read(path: &Path) -> Result<Self, Diagnostic> {
         let refused = |what: &dyn std::fmt::Display| {
-            bad(format!("cannot read the points in {}: {what}", path.display()))
+            let message = format!("cannot read the points in {}: {what}", path.display());
+            Diagnostic::error(codes::CANNOT_READ_RESULTS, message)
                 .help("write the keys in the first line, and a line of values for each run")
         };
         let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_path(path).map_err(|e| refused(&e))?;

@@ -84,7 +84,8 @@ impl Series {
         let nearest = suggest(unknown, known.clone()).map(|nearest| format!("did you mean `{nearest}`?"));
         let all = || format!("known are {}", known.collect::<Vec<_>>().join(", "));
         Err(Box::new(
-            bad(format!("there is no output `{unknown}` to keep over time")).help(nearest.unwrap_or_else(all)),
+            Diagnostic::error(codes::UNKNOWN_CHANNEL, format!("there is no output `{unknown}` to keep over time"))
+                .help(nearest.unwrap_or_else(all)),
         ))
     }
 

@@ -148,6 +148,17 @@ fn a_control_element_is_no_force() {
 }
 
 #[test]
+fn a_control_element_that_nothing_takes_is_warned_of() {
+    let control = "[[control]]\nname = \"c\"\ntype = \"amplifier\"\ninputs = { in = 1 }\nparams = { factor = 2 }\n";
+    let text = with_body("") + control;
+    assert_eq!(messages(&text), [(codes::UNUSED_CONTROL, Severity::Warning, "\"c\"".to_string())]);
+    let reported = "[[output]]\nname = \"g\"\nquantity = \"value\"\nof = \"c\"\nchannel = \"out\"\n";
+    assert_eq!(messages(&(text.clone() + reported)), []);
+    let push = force("type = \"push\"; bodies = [\"ground\", \"a\"]; params.factor = 3; inputs.signal = \"c.out\"");
+    assert_eq!(messages(&(push + control)), []);
+}
+
+#[test]
 fn an_input_that_nothing_takes_is_warned_of() {
     let inputs = "[[input]]\nname = \"gust\"\n[[input]]\nname = \"tug\"\n";
     let tug = force("type = \"push\"; bodies = [\"ground\", \"a\"]; params.factor = 3; inputs.signal = \"tug\"");

@@ -1,0 +1,53 @@
+//! What is no TOML: the remedy of each slip that newcomers make.
+
+use super::*;
+
+/// The remedies for a line in place of a mass.
+fn remedies(line: &str) -> Vec<String> {
+    let text = format!("{SIMULATION}\n[[body]]\nname = \"rod\"\n{line}\n");
+    reject(&text).diagnostics.into_iter().flat_map(|one| one.help).collect()
+}
+
+#[test]
+fn every_slip_has_its_remedy() {
+    for (line, remedy) in [
+        ("mass = .1", "`0.1`"),
+        ("mass = -.1", "`-0.1`"),
+        ("mass = 1.", "`1.0`"),
+        ("mass = 1.e3", "`1.0e3`"),
+        ("com = [0, 1., 2]", "`1.0`"),
+        ("mass = 01.5", "`1.5`"),
+        ("mass = 1,5", "`1.5`"),
+        ("mass = 1 000", "`1000`"),
+        ("mass = 1e", "exponent"),
+        ("mass = 1.0 kg", "`\"1.0 kg\"`"),
+        ("mass = 2*length", "`\"2*length\"`"),
+        ("mass = 1/2", "`\"1/2\"`"),
+        ("mass = 1.0 // kg", "a remark begins with `#`"),
+        ("mass = 1.0;", "`mass = 1.0`"),
+        ("mass: 1.0", "`mass = 1.0`"),
+        ("mass == 1.0", "`mass = 1.0`"),
+        ("mass =", "a value behind the `=`"),
+        ("fixed = True", "`true`"),
+        ("fixed = yes", "`true`"),
+        ("fixed = No", "`false`"),
+        ("mass = None", "leave the key out"),
+        ("com = (0.5, 0, 0)", "square brackets"),
+        ("com = [0.5 0 0]", "between commas"),
+        ("com = [0; 0; 1]", "between commas"),
+        ("mass = \u{2212}9.81", "the minus sign is `-`"),
+        ("text = \u{201c}rod\u{201d}", "straight quotes"),
+        ("mass\u{a0}= 1.0", "space bar"),
+        ("text = rod", "`\"rod\"`"),
+        ("text = \"rod", "a text ends with the quote"),
+        ("text = \"C:\\Users\"", "write `/` between folders"),
+        ("com = [0, 0, 1\n[[joint]]", "a `]` is missing"),
+        ("[[joint]", "`[[joint]]`"),
+        ("name = \"again\"", "remove one of the two"),
+        ("[simulation]\nt_end = 2", "`[simulation]` stands once"),
+        ("orientation = {axis=[0,1,0], angle = 30\u{b0}}", "`\"30\u{b0}\"`"),
+    ] {
+        let found = remedies(line);
+        assert!(found.iter().any(|help| help.contains(remedy)), "{line}: {found:?}");
+    }
+}
