@@ -259,3 +259,51 @@ fn a_brake_that_is_off_holds_nothing_in_analyses_of_the_start() {
     let held = |sets: &[&str]| statics::equilibrium(&open_text(&text, sets), &mut |_| ()).unwrap().friction.len();
     assert_eq!((held(&[]), held(&["brake.params.capacity=2"])), (0, 1));
 }
+
+/// A brake of 10 N m that holds 5 N m, of 2, 20 and 1 N m from 1, 2 and 3 s on. Steps end just before a limit jumps, whatever the sum of
+/// their beginning and their size is rounded to.
+#[test]
+fn a_brake_gives_way_where_its_limit_jumps() {
+    let scene = r#"
+[plugins]
+libraries = ["odyn-joints", "odyn-forces"]
+[simulation]
+t_end = 4
+output_step = 0.05
+[[body]]
+name = "disc"
+mass = 1
+inertia = [1, 1, 2]
+[[joint]]
+name = "axle"
+type = "revolute"
+bodies = ["ground", "disc"]
+point = [0, 0, 0]
+axis = [0, 0, 1]
+[[joint]]
+name = "brake"
+type = "clutch"
+bodies = ["ground", "disc"]
+point = [0, 0, 0]
+axis = [0, 0, 1]
+params.capacity = { points = [[0, 10], [1, 2], [2, 20], [3, 1]], interpolation = "steps" }
+[[force]]
+name = "load"
+type = "vector-torque"
+bodies = ["ground", "disc"]
+params.z = "5"
+[[output]]
+name = "w"
+quantity = "angular_velocity"
+of = "disc"
+component = "z"
+"#;
+    for (end, expected) in [(3.0, 0.0), (4.0, 2.0), (5.0, 4.0), (8.0, 10.0), (40.0, 74.0)] {
+        for method in ["dop853", "dopri5", "radau5"] {
+            let sets = [format!("simulation.t_end={end:?}"), format!("simulation.method={method:?}")];
+            let report = run(scene, &sets.each_ref().map(String::as_str));
+            let w = *column(&report, "w").last().unwrap();
+            assert!((w - expected).abs() < 1e-8 * expected + 1e-9, "{method} to {end}: {w}");
+        }
+    }
+}

@@ -237,7 +237,7 @@ impl Enclosure {
 
     /// The ranges of the guards that are still open, over a piece.
     fn enclose(&mut self, run: &mut Run<'_>, step: &Interpolation<'_>, piece: &Piece) {
-        let t = Range::even(step.start + piece.from * step.h, step.start + piece.to * step.h);
+        let t = Range::even(step.time(piece.from), step.time(piece.to));
         let of = |k: usize| {
             let of = &piece.polynomials;
             Range::new(of.range(k), of.slope(k), of.middle(k))
@@ -249,7 +249,7 @@ impl Enclosure {
     fn point(&mut self, run: &mut Run<'_>, step: &Interpolation<'_>, polynomials: &Bernstein, share: f64, last: bool) {
         let of = |k: usize| polynomials.end(k, last);
         let values = if last { &mut self.last } else { &mut self.first };
-        run.system.values(self.of, step.start + share * step.h, &of, values);
+        run.system.values(self.of, step.time(share), &of, values);
         for (value, size) in values.iter().zip(&mut self.sizes) {
             if value.is_finite() {
                 *size = size.max(value.abs());
@@ -263,7 +263,7 @@ impl Enclosure {
         let off: Vec<f64> = self.entries.iter().map(|entry| run.system.resolution(*entry)).collect();
         let of =
             |k: usize| Range { slope: Interval::new(-off[k], off[k]), ..Range::still(piece.polynomials.end(k, true)) };
-        let t = Range::still(step.start + piece.to * step.h);
+        let t = Range::still(step.time(piece.to));
         run.system.enclose(self.of, t, &of, &|k| piece.open[k], &mut self.along_noise);
         for (noise, range) in self.noise.iter_mut().zip(&self.along_noise) {
             let size = range.slope.magnitude();
@@ -288,7 +288,7 @@ impl Enclosure {
             (step.at)(*share, &mut self.state);
             let (state, entries) = (&self.state, &self.entries);
             let of = |k: usize| state[entries[k]];
-            run.system.values(self.of, step.start + share * step.h, &of, &mut values);
+            run.system.values(self.of, step.time(*share), &of, &mut values);
             for (hull, value) in self.hulls.iter_mut().zip(&values) {
                 let value = Interval::point(*value);
                 *hull = if number == 0 { value } else { hull.hull(value) };
@@ -396,7 +396,7 @@ impl Enclosure {
         for share in &shares {
             (step.at)(*share, &mut self.state);
             let mut values = vec![0.0; self.within.len()];
-            if !run.look(self.of, step.start + share * step.h, &self.state, &mut values)? {
+            if !run.look(self.of, step.time(*share), &self.state, &mut values)? {
                 return Ok(None);
             }
             known.push(values);
@@ -413,7 +413,7 @@ impl Enclosure {
             *value += run.system.resolution(k) * if k % 2 == 0 { 1.0 } else { -1.0 };
         }
         let mut moved = vec![0.0; self.within.len()];
-        if run.look(self.of, step.start + step.h, &self.state, &mut moved)? {
+        if run.look(self.of, step.end, &self.state, &mut moved)? {
             let pairs = moved.iter().zip(&known[places - 1]);
             self.noise.iter_mut().zip(pairs).for_each(|(noise, (a, b))| *noise = MANY_DIRECTIONS * (a - b).abs());
         }

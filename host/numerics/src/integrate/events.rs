@@ -185,11 +185,11 @@ impl Events {
             found => found,
         };
         let again = match found {
-            None if self.is_across(run, y, step)? => self.aim(run, step, (0.0, 1.0))?,
+            None if self.ends_steps() && self.is_across(run, y, step)? => self.aim(run, step, (0.0, 1.0))?,
             None => None,
             Some(Found::Hidden(from, to)) => self.aim_within(run, y, step, (from, to))?,
             Some(Found::Sharp(share)) if share > SHARP_START => {
-                Some(Again { h: step.h * share, end_at: Some(step.start + share * step.h) })
+                Some(Again { h: step.h * share, end_at: Some(step.time(share)) })
             }
             Some(Found::Sharp(_)) => Some(Again { h: SHARP_START * step.h, end_at: None }),
             Some(Found::Turned) => Some(Again { h: 0.5 * step.h, end_at: None }),
@@ -200,6 +200,11 @@ impl Events {
         Ok(Some(again))
     }
 
+    /// Whether steps are to end at switches: by what continues them.
+    fn ends_steps(&self) -> bool {
+        self.reach > 0.0
+    }
+
     /// Whether conditions differ at the ends of a step that error control has accepted. Their values there are [`Events::low`] and [`Events::high`] then.
     fn is_across(&mut self, run: &mut Run<'_>, y: &[f64], step: &Interpolation<'_>) -> Result<bool, Trouble> {
         if self.before.is_empty() || run.t < self.blind_until || !run.switching(step.start, y, &mut self.before)? {
@@ -207,7 +212,7 @@ impl Events {
         }
         self.known_at = Some(step.start);
         (step.at)(1.0, &mut self.state);
-        if !run.switching(step.start + step.h, &self.state, &mut self.high)? {
+        if !run.switching(step.end, &self.state, &mut self.high)? {
             return Ok(false);
         }
         let sizes = self.sizes.iter_mut().zip(self.before.iter().zip(&self.high));
@@ -233,10 +238,10 @@ impl Events {
 
     /// Steps of a fixed size cannot be tried again: what they missed is counted.
     pub(super) fn note_missed(&mut self, run: &mut Run<'_>, step: &Interpolation<'_>) -> Result<(), Trouble> {
-        let (end, _) = self.enclosure.ahead(run, step.start + step.h, step.seen);
+        let (end, _) = self.enclosure.ahead(run, step.end, step.seen);
         let within = self.enclosure.examine(run, step)?;
         let found = within.or(self.turns.examine(run, step)?);
-        if found.is_some() || end < step.start + step.h {
+        if found.is_some() || end < step.end {
             run.counters.missed += 1;
         }
         Ok(())
@@ -257,9 +262,9 @@ impl Events {
         }
         self.known_at = Some(step.start);
         (step.at)(from, &mut self.state);
-        let known = run.switching(step.start + from * step.h, &self.state, &mut self.low)?;
+        let known = run.switching(step.time(from), &self.state, &mut self.low)?;
         (step.at)(to, &mut self.state);
-        let known = known && run.switching(step.start + to * step.h, &self.state, &mut self.high)?;
+        let known = known && run.switching(step.time(to), &self.state, &mut self.high)?;
         for (size, start) in self.sizes.iter_mut().zip(&self.before) {
             *size = size.max(start.abs());
         }
@@ -267,7 +272,7 @@ impl Events {
             return Ok(halfway);
         }
         // What changes may be the interpolation alone: between its ends a step may be off its manifold.
-        let known = run.switching_inside(step.start + to * step.h, &mut self.state, &mut self.high)?;
+        let known = run.switching_inside(step.time(to), &mut self.state, &mut self.high)?;
         if known && !self.surely_changed(run, (step.start, step.h), (to, -1.0), step.at)? {
             return Ok(None);
         }
@@ -287,7 +292,7 @@ impl Events {
         if end - step.start < run.smallest_step() {
             return Ok(None);
         }
-        self.pending = Some(Pending { resume: step.h, until: step.start + share * step.h, tries: 0 });
+        self.pending = Some(Pending { resume: step.h, until: step.time(share), tries: 0 });
         Ok(Some(Again { h: step.h, end_at: Some(end) }))
     }
 
@@ -395,7 +400,7 @@ impl Events {
         if share - 1.0 <= self.reach {
             let beyond = share - 1.0;
             let at = |part: f64, out: &mut [f64]| interpolate(1.0 + part * beyond, out);
-            let step = Interpolation { start: t, h: beyond * h, degree: 0, seen: &[], at: &at };
+            let step = Interpolation { start: t, h: beyond * h, end: t + beyond * h, degree: 0, seen: &[], at: &at };
             if let Some(stop) = stops.ahead(run, &step)? {
                 // The next step ends between both, so that the stop is found in it.
                 let end = t + 0.5 * (stop + 1.0) * step.h;

@@ -2,15 +2,23 @@
 
 /// The interpolation of a step.
 pub(super) struct Interpolation<'a> {
-    /// Start and size of the step.
+    /// Start, size and end of the step.
     pub(super) start: f64,
     pub(super) h: f64,
+    pub(super) end: f64,
     /// Its degree.
     pub(super) degree: usize,
     /// The shares of the step at which the method has evaluated the equations, ascending, ends included.
     pub(super) seen: &'a [f64],
     /// The state at a share of the step.
     pub(super) at: &'a dyn Fn(f64, &mut [f64]),
+}
+
+impl Interpolation<'_> {
+    /// The time at a share of the step. Functions of time may jump behind its end, which round-off of the sum must not reach.
+    pub(super) fn time(&self, share: f64) -> f64 {
+        if share == 1.0 { self.end } else { (self.start + share * self.h).min(self.end) }
+    }
 }
 
 /// Shares of a step in ascending order, none twice, the ends included.

@@ -387,6 +387,7 @@ struct Inside<'a> {
     method: &'a dyn Stepper,
     y: &'a [f64],
     start: f64,
+    t_new: f64,
     h: f64,
     /// Whether by the method's own interpolation. For angles the cubic through both ends will do, which takes no evaluations.
     own: bool,
@@ -395,7 +396,7 @@ struct Inside<'a> {
 impl<'a> Inside<'a> {
     fn new(method: &'a dyn Stepper, run: &Run<'_>, y: &'a [f64], t_new: f64, events: &Events) -> Self {
         let own = method.always_interpolates() || events.watches_steps();
-        Self { method, y, start: run.t, h: t_new - run.t, own }
+        Self { method, y, start: run.t, t_new, h: t_new - run.t, own }
     }
 
     fn state(&self, share: f64, out: &mut [f64]) {
@@ -407,6 +408,6 @@ impl<'a> Inside<'a> {
 
     fn interpolation<'b>(&self, seen: &'b [f64], at: &'b dyn Fn(f64, &mut [f64])) -> Interpolation<'b> {
         let degree = if self.own { self.method.degree() } else { 3 };
-        Interpolation { start: self.start, h: self.h, degree, seen, at }
+        Interpolation { start: self.start, h: self.h, end: self.t_new, degree, seen, at }
     }
 }

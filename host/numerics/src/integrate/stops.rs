@@ -149,7 +149,7 @@ impl Stops {
             }
             self.tries += 1;
             run.counters.rejected += 1;
-            let end = step.start + share * step.h;
+            let end = step.time(share);
             return Ok(Verdict::Again(Again { h: end - step.start, end_at: Some(end) }));
         }
         // As near as can be known.
@@ -161,7 +161,7 @@ impl Stops {
         self.least_at_start.copy_from_slice(&self.least);
         self.were_positive.iter_mut().zip(&self.least).for_each(|(was, least)| *was = *least == 0.0);
         self.first.copy_from_slice(&self.values);
-        self.known_at = Some(step.start + step.h);
+        self.known_at = Some(step.end);
         Ok(Verdict::Pass)
     }
 
@@ -191,7 +191,7 @@ impl Stops {
     /// The values at a share of a step.
     fn look_at(&mut self, run: &mut Run<'_>, step: &Interpolation<'_>, share: f64) -> Result<(), Trouble> {
         (step.at)(share, &mut self.state);
-        run.stopping(step.start + share * step.h, &self.state, &mut self.values)
+        run.stopping(step.time(share), &self.state, &mut self.values)
     }
 
     /// Takes note of what has become positive where nothing stops; not behind a stop, from where places before it are looked at.
