@@ -31,8 +31,6 @@ use super::stops::Stops;
 const ROUGH: f64 = 0.01;
 /// Share of the way to the switch, as located first, that is left.
 const SHORT: f64 = 0.05;
-/// Where a step aimed short of a switch is rejected although its end is on the near side, the next one takes this share.
-const BACK: f64 = 0.7;
 /// Values of a condition below this share of its largest so far are on neither side: a state that rests on a limit.
 const NOISE: f64 = 1e-14;
 /// How far beyond a step its interpolation is looked at, as a share of the step.
@@ -347,8 +345,8 @@ impl Events {
             states.for_each(|(value, (y, rate))| *value = y + s * h * rate);
         };
         if !self.surely_changed(run, (t, h), (0.0, 1.0), tangent)? {
-            self.pending = last.map(|pending| Pending { tries: tries + 1, ..pending });
-            return Ok(last.map(|_| t + BACK * h));
+            // The switch is not why: error control chooses the next step.
+            return Ok(None);
         }
         let Some((_, share)) = self.locate(run, (t, h), (0.0, 1.0), ROUGH, parabola)? else { return Ok(None) };
         let end = t + (1.0 - SHORT) * share * h;
