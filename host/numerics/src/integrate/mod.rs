@@ -43,8 +43,8 @@
 //!
 //! A sample at `t_start` is taken before the first step, and `accept` is not called for it.
 //! Steps are not shortened to hit samples, only to hit `t_end`; except where the interpolation is known to be bad: where
-//! stability limits an explicit method, and where an implicit method's error test says so. A step that is rejected because
-//! the right side switches inside it is made to end there (`events.rs`).
+//! stability limits an explicit method, and where an implicit method's error test says so. A step inside which
+//! the right side switches is made to end there (`events.rs`).
 
 use std::sync::Arc;
 
