@@ -100,7 +100,7 @@ def test_series_are_those_of_the_runs(model, tmp_path):
     assert len(every.series.columns) == 2 + len(run) and len(every.series.to_pandas()) == 2 * len(range(0, len(run.t), 10))
     with pytest.raises(odyn.Error, match="x_q") as refused:
         odyn.study(model, POINTS, output=tmp_path / "wrong", series=["x_q"])
-    assert refused.value.code == "ODY0833"
+    assert refused.value.code == "ODY0318"
     with pytest.raises(ValueError, match="name its outputs"):
         odyn.study(model, POINTS, output=tmp_path / "wrong", every=3)
     with pytest.raises(FileNotFoundError, match="keeps outputs"):
