@@ -102,16 +102,15 @@ fn a_parameter_that_cannot_act_is_warned_of_where_it_stands() {
 fn elements_that_are_given_the_same_are_all_warned_of() {
     let meter = |name: &str, more: &str| {
         format!(
-            "[[control]]\nname = \"{name}\"\ntype = \"sensor\"\ninputs.input = \"wave.output\"\nparams = {{ initial = 2{more} }}\n"
+            "[[control]]\nname = \"{name}\"\ntype = \"sensor\"\ninputs.input = \"wave.output\"\nparams = {{ initial = 2{more} }}\n\
+             [[output]]\nname = \"{name}-shown\"\nquantity = \"value\"\nof = \"{name}\"\nchannel = \"output\"\n"
         )
     };
     let elements = meter("one", "") + &meter("two", "") + &meter("lag", ", time_constant = 1") + &meter("three", "");
     let session = examined(&scene(&elements));
-    let idle = |session: &Session| -> Vec<String> {
-        let idle = session.warnings.iter().filter(|warning| warning.code == codes::IDLE_PARAMETER);
-        idle.map(|warning| warning.message[..7].to_owned()).collect()
-    };
-    assert_eq!(idle(&session), ["`one` d", "`two` d", "`three`"]);
+    let said: Vec<&str> = session.warnings.iter().map(|warning| &warning.message[..7]).collect();
+    assert_eq!(said, ["`one` d", "`two` d", "`three`"]);
+    assert!(session.warnings.iter().all(|warning| warning.code == codes::IDLE_PARAMETER));
     // A run starts sooner.
-    assert!(idle(&open_text(&scene(&elements), &[])).is_empty());
+    assert!(open_text(&scene(&elements), &[]).warnings.is_empty());
 }

@@ -5,13 +5,8 @@ use std::collections::BTreeSet;
 use odyn::analyses::place::{At, place};
 use odyn::session::{Restart, RunReport, Session};
 
+use crate::contacts::run;
 use crate::support::{Scratch, column, leg, open_text, options};
-
-#[track_caller]
-fn run(text: &str, sets: &[&str]) -> RunReport {
-    let session = open_text(text, sets);
-    session.run(None, Box::new(|_| ()), &Default::default()).unwrap_or_else(|error| panic!("{error}"))
-}
 
 fn not_unique(report: &RunReport) -> BTreeSet<&str> {
     report.summary.not_unique.iter().map(String::as_str).collect()

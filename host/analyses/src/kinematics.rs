@@ -19,7 +19,7 @@ use crate::model::Quantity;
 use crate::moves;
 use crate::prescribed::{Derivatives, Wanted, amount, quantity};
 use crate::scene::Dimension;
-use crate::session::{Exit, Session, SessionError};
+use crate::session::{Session, SessionError};
 use path::{LEAST_STEP, NONE, Path, Place, SAME};
 
 /// Step along the path: the largest displacement, in sizes of the scene, or turn, rad; cosine of the tangent's bend that shortens it.
@@ -65,8 +65,7 @@ impl Drive {
         }
         let message = format!("`--drive {text}` is no range of `{name}`");
         let help = "write NAME=FROM:TO:COUNT, such as \"crank.angle=0 deg:360 deg:361\", with two places or more";
-        let refused = refuse(session, Diagnostic::error(codes::UNKNOWN_WORD, message).help(help));
-        Err(SessionError { exit: Exit::Usage, ..refused })
+        Err(refuse(session, Diagnostic::error(codes::UNKNOWN_WORD, message).help(help)).of_usage())
     }
 }
 

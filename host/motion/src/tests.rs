@@ -6,13 +6,12 @@
 mod foreign;
 
 pub use foreign::*;
-use nalgebra::{Matrix3, Vector3};
 
 use crate::analysis::{Assembly, Constraints, assemble, mass_values, sparse_engine, start_inputs};
 use crate::diagnostics::Diagnostic;
 use crate::linalg::KktSolver;
-use crate::model::{Model, resolve, rotation};
-use crate::plan::{Layout, Plan, Probe, body_scales};
+use crate::model::{Model, resolve};
+use crate::plan::{Layout, Plan, Probe, body_scales, poses_of_bodies};
 use crate::program::{Equations, Form};
 
 /// The model of a scene, with what the user should know, or all mistakes.
@@ -45,10 +44,7 @@ pub fn prepared(text: &str) -> Prepared {
     let all: Vec<usize> = (0..layout.rows).collect();
     let mut rows = Constraints::new(&equations, &all, &[], &[]).unwrap();
     rows.evaluate(&start_inputs(&layout, 0.0, &assembly), &model.sets).unwrap();
-    let body = |k: usize| &assembly.working[13 * k..];
-    let positions: Vec<Vector3<f64>> = (0..layout.bodies).map(|k| Vector3::from_column_slice(&body(k)[..3])).collect();
-    let rotations: Vec<Matrix3<f64>> =
-        (0..layout.bodies).map(|k| rotation(&[body(k)[3], body(k)[4], body(k)[5], body(k)[6]])).collect();
+    let (positions, rotations) = poses_of_bodies(&assembly.working, layout.bodies);
     let mass = mass_values(&model);
     let probe = Probe {
         rows: &all,

@@ -29,7 +29,7 @@ pub(super) fn remedy(text: &str, place: &Range<usize>, words: &str) -> Option<St
     let begin = text[..at].rfind('\n').map_or(0, |newline| newline + 1);
     let line = text[begin..].lines().next().unwrap_or_default();
     let before = line.get(..at - begin).unwrap_or(line);
-    let (key, value) = line.split_once('=').map_or((line, ""), |(key, value)| (key, value));
+    let (key, value) = line.split_once('=').unwrap_or((line, ""));
     let (key, value) = (key.trim(), value.split('#').next().unwrap_or_default().trim());
     if words.contains("duplicate key") {
         return Some(duplicate(line.trim()));

@@ -190,10 +190,7 @@ impl Fit {
         let session = variants.session(&[], &Way::default())?;
         let place = |error: Box<Diagnostic>| SessionError::one(&session.scene.source, *error);
         let refuse = |message: String| Box::new(Diagnostic::error(codes::BAD_OVERRIDE, message));
-        let usage = |message: String, help: String| SessionError {
-            exit: Exit::Usage,
-            ..place(Box::new(Diagnostic::error(codes::BAD_OVERRIDE, message).help(help)))
-        };
+        let usage = |message: String, help: String| place(Box::new(refuse(message).help(help))).of_usage();
         let data = Data::read(table, request, &session).map_err(place)?;
         let (mut parameters, mut bounds, mut start) = (Vec::new(), Vec::new(), Vec::new());
         for text in &request.vary {

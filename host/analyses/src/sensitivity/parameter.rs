@@ -41,9 +41,7 @@ impl Parameter {
         // What can be named instead, before advice that is not about numbers.
         let advised = |diagnostic: Diagnostic| {
             let advice = instead(key, document, changes, session);
-            let help = diagnostic.help.clone();
-            let bare = Diagnostic { help: advice.into_iter().collect(), ..diagnostic };
-            Box::new(if bare.help.is_empty() { help.into_iter().fold(bare, Diagnostic::help) } else { bare })
+            Box::new(Diagnostic { help: advice.map_or(diagnostic.help, |advice| vec![advice]), ..diagnostic })
         };
         let found = document.setting(key, changes).map_err(|error| advised(*placeless(error)))?;
         let Some(raw) = found else {

@@ -8,7 +8,7 @@ use super::undetermined::{NullLoads, Undetermined, undetermined};
 use crate::linalg::{
     Clusters, DenseQr, Health, KktSolver, KktStructure, LIGHT, LinalgError, NullVector, SparseRank, TRUSTED,
 };
-use crate::model::Model;
+use crate::model::{Model, rotation};
 
 /// Share of the largest pivot below which a constraint row counts as dependent on others at the assembled position.
 pub const RANK_TOLERANCE: f64 = 1e-9;
@@ -44,6 +44,13 @@ impl Reaction {
     pub fn is_unique(&self) -> bool {
         self.force.iter().chain(&self.torque).all(|unique| *unique)
     }
+}
+
+/// Centres of mass, m, and rotations body -> ground of the bodies in a working state, 13 numbers each.
+#[must_use]
+pub fn poses_of_bodies(working: &[f64], bodies: usize) -> (Vec<Vector3<f64>>, Vec<Matrix3<f64>>) {
+    let pose = |y: &[f64]| (Vector3::new(y[0], y[1], y[2]), rotation(&[y[3], y[4], y[5], y[6]]));
+    working.chunks_exact(13).take(bodies).map(pose).unzip()
 }
 
 /// The constraint equations at the assembled position, as numbers.

@@ -19,7 +19,7 @@ mod undetermined;
 mod tests;
 
 pub use coordinates::{Coordinates, Line, Measure, Rotation, body_scales};
-pub use decide::{Plan, Probe, Reaction, RedundantRow, close_to_dependent};
+pub use decide::{Plan, Probe, Reaction, RedundantRow, close_to_dependent, poses_of_bodies};
 pub use glyph::Place;
 pub use layout::{BODY_SLOTS, Layout};
 pub use pruning::{Pruning, SAVINGS};

@@ -2,12 +2,9 @@
 
 #![allow(clippy::unwrap_used)] // in a test, the panic is the message
 
-use nalgebra::{Matrix3, Vector3};
-
 use super::decide::{Rank, unique_reactions};
 use super::*;
 use crate::analysis::{Constraints, mass_values, start_inputs};
-use crate::model::rotation;
 use crate::tests::{Prepared, model, prepared, scenes};
 
 const BODY: &str = "[[body]]\nname = \"NAME\"\nmass = 2\ninertia = [0.2, 0.3, 0.4]\nposition = [0.5, 0, 0]\n";
@@ -283,11 +280,7 @@ fn elimination_finds_the_dense_rank_and_the_same_unique_reactions() {
         let all: Vec<usize> = (0..layout.rows).collect();
         let mut rows = Constraints::new(&equations, &all, &[], &[]).unwrap();
         rows.evaluate(&start_inputs(layout, 0.0, &assembly), &model.sets).unwrap();
-        let body = |k: usize| &assembly.working[13 * k..];
-        let positions: Vec<Vector3<f64>> =
-            (0..layout.bodies).map(|k| Vector3::from_column_slice(&body(k)[..3])).collect();
-        let rotations: Vec<Matrix3<f64>> =
-            (0..layout.bodies).map(|k| rotation(&[body(k)[3], body(k)[4], body(k)[5], body(k)[6]])).collect();
+        let (positions, rotations) = poses_of_bodies(&assembly.working, layout.bodies);
         let mass = mass_values(&model);
         let probe = Probe {
             rows: &all,

@@ -13,11 +13,10 @@
 //!    something stops ([`super::stops`]) before the switch.
 //!
 //! Conditions are looked at at both ends of every step, accepted ones as well: stages may lie on one side, and an error estimate
-//! across a switch is small by chance (with DOP853 in a fifth of the runs of stops with random masses, which were off by 20 to 150
-//! tolerances then). They are looked at within a step where one may change there and back ([`super::enclosure`]). A wrong guess costs a few
-//! steps. A jump of the right
-//! side at a tolerance of 1e-10 takes some 40 evaluations of the explicit method of order 8 this way, instead of 500, and the
-//! result is more accurate, since error estimates across a jump mean little (`tests/events.rs` of this room).
+//! across a switch is small by chance (with DOP853 in a third of the runs of stops with random masses, which were off by 9 to 94
+//! tolerances then). They are looked at within a step where one may change there and back ([`super::enclosure`]). A wrong guess
+//! costs a few steps. A jump of the right side at a tolerance of 1e-10 takes some 40 evaluations of the explicit method of order 8
+//! this way, instead of 500, and the result is more accurate (`tests/events.rs` of this room).
 
 mod sides;
 
@@ -203,7 +202,8 @@ impl Events {
         self.reach > 0.0
     }
 
-    /// Whether conditions differ at the ends of a step that error control has accepted. Their values there are [`Events::low`] and [`Events::high`] then.
+    /// Whether conditions differ at the ends of a step that error control has accepted. Their values there are [`Events::low`] and
+    /// [`Events::high`] then.
     fn is_across(&mut self, run: &mut Run<'_>, y: &[f64], step: &Interpolation<'_>) -> Result<bool, Trouble> {
         if self.before.is_empty() || run.t < self.blind_until || !run.switching(step.start, y, &mut self.before)? {
             return Ok(false);

@@ -1,13 +1,11 @@
 //! What is decided from the numbers at one place of the motion.
 
-use nalgebra::{Matrix3, Vector3};
-
 use super::error::SessionError;
 use crate::analysis::{Assembly, Constraints, mass_values, sparse_engine};
 use crate::diagnostics::{Diagnostic, codes};
 use crate::linalg::KktSolver;
-use crate::model::{Model, rotation};
-use crate::plan::{Layout, Plan, Probe, body_scales};
+use crate::model::Model;
+use crate::plan::{Layout, Plan, Probe, body_scales, poses_of_bodies};
 use crate::program::Equations;
 use crate::scene::Scene;
 
@@ -32,12 +30,7 @@ pub(super) fn decide(
     let inputs = crate::analysis::start_inputs(layout, t, assembly);
     let mut rows = Constraints::of_all(equations).map_err(|e| broken(&e))?;
     rows.evaluate(&inputs, &model.sets).map_err(|e| broken(&e))?;
-    let (positions, rotations): (Vec<Vector3<f64>>, Vec<Matrix3<f64>>) = (0..layout.bodies)
-        .map(|body| {
-            let y = &assembly.working[13 * body..];
-            (Vector3::new(y[0], y[1], y[2]), rotation(&[y[3], y[4], y[5], y[6]]))
-        })
-        .unzip();
+    let (positions, rotations) = poses_of_bodies(&assembly.working, layout.bodies);
     let mass = mass_values(model);
     let probe = Probe {
         rows: &rows.rows,

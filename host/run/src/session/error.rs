@@ -33,6 +33,12 @@ impl SessionError {
         Self { exit: Exit::Integration, ..self }
     }
 
+    /// The same of an option that cannot be read.
+    #[must_use]
+    pub fn of_usage(self) -> Self {
+        Self { exit: Exit::Usage, ..self }
+    }
+
     /// The text for the user.
     #[must_use]
     pub fn render(&self, color: bool) -> String {

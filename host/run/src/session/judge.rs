@@ -8,7 +8,7 @@ use super::restart::Restart;
 use super::samplings::Samplings;
 use crate::analysis::Assembly;
 use crate::diagnostics::{Code, codes};
-use crate::model::{Axes, MAGNITUDE, Quantity};
+use crate::model::{Axes, Channel, MAGNITUDE, Quantity};
 use crate::results::{
     Audit, AuditLimits, Event, EventKind, Excess, Measure, Released, Remedy, ResultsError, Summary, significant,
 };
@@ -72,7 +72,8 @@ impl Session {
         samplings: &mut Samplings,
         end: &Restart,
     ) -> Result<(), ResultsError> {
-        if self.plan.redundant_rows.is_empty() {
+        let is_load = |channel: &Channel| matches!(channel.quantity, Quantity::Load { .. });
+        if self.plan.redundant_rows.is_empty() || !self.model.channels.iter().any(is_load) {
             return Ok(());
         }
         let place = Assembly {

@@ -91,7 +91,8 @@ fn settings_are_converted() {
     assert!(near(simulation.t_end, 0.2));
     assert_eq!(simulation.output, OutputTimes::Step(0.5e-3));
     assert_eq!(simulation.tolerance, Some(1e-9));
-    assert_eq!((simulation.max_step, simulation.fixed_step), (Some(1e-3), None));
+    let fixed = accept(&COMPRESSOR.replace("max_step = 1\nfirst_step = \"1 us\"", "fixed_step = 2")).simulation;
+    assert_eq!((simulation.max_step, fixed.fixed_step), (Some(1e-3), Some(2e-3)));
     assert_eq!(simulation.first_step, Some(1e-6));
     assert_eq!(simulation.max_steps, Some(100_000));
     assert_eq!(simulation.audit_tolerance, Some(AuditTolerance::Limit(1e-6)));

@@ -94,7 +94,8 @@ impl Meeting {
     ) -> Option<Indeterminate> {
         let silent = self.silent(pattern, of_rows, [speed, acceleration]);
         let contacts: Vec<usize> = pattern.closed.iter().copied().chain(silent).collect();
-        let resting = self.resting(pattern, of_rows, [speed, acceleration]);
+        let w = &self.delassus * &pattern.forces + of_rows;
+        let resting = self.resting(pattern, &w, [speed, acceleration]);
         let sticking = || self.grips.iter().filter(|grip| resting.contains(&grip.number));
         let mut rows: Vec<usize> = contacts.iter().flat_map(|k| self.first[*k]..self.first[k + 1]).collect();
         rows.extend(sticking().flat_map(|grip| grip.rows.iter().copied()));
@@ -117,7 +118,6 @@ impl Meeting {
         };
         let mut loads: Vec<_> = all.iter().filter_map(open).collect();
         loads.extend(self.bearing.open(&of_joints, &free));
-        let w = &self.delassus * &pattern.forces + of_rows;
         let mut moving: Vec<usize> = Vec::new();
         for one in &balanced {
             let mut change = DVector::zeros(self.rows.len());
@@ -158,10 +158,10 @@ impl Meeting {
     }
 
     /// Frictions that stick, and those that act with their limit at rest: they neither move nor begin to, since others hold them, too.
-    fn resting(&self, pattern: &Pattern, of_rows: &DVector<f64>, [speed, acceleration]: [f64; 2]) -> Vec<usize> {
-        let w = &self.delassus * &pattern.forces + of_rows;
+    /// `w`: accelerations of the rows.
+    fn resting(&self, pattern: &Pattern, w: &DVector<f64>, [speed, acceleration]: [f64; 2]) -> Vec<usize> {
         let rests = |grip: &Grip| {
-            !grip.fixed && self.moving(grip, speed).is_none() && self.begins(grip, &w, acceleration).is_none()
+            !grip.fixed && self.moving(grip, speed).is_none() && self.begins(grip, w, acceleration).is_none()
         };
         let slides = |grip: &Grip| pattern.sliding.iter().any(|(number, _)| *number == grip.number);
         let own =

@@ -14,15 +14,10 @@ const LEAST_SHARE: f64 = 1e-3;
 pub(super) struct StateSizes {
     /// The largest magnitude of each state at the beginnings of steps so far, or where the first step led that was tried from zero.
     largest: Vec<f64>,
-    families: Vec<Family>,
+    /// States with one energy, by their numbers, with their weights: `weight * state` is the square root of twice an energy.
+    families: Vec<Vec<(usize, f64)>>,
     /// For one step.
     sizes: Vec<f64>,
-}
-
-/// States with one energy: `weight * state` is the square root of twice an energy.
-struct Family {
-    /// Numbers of states with their weights.
-    members: Vec<(usize, f64)>,
 }
 
 impl StateSizes {
@@ -36,8 +31,8 @@ impl StateSizes {
             let first = layout.states_of(number).start;
             for (diagonal, first) in flexible_diagonals(element, &model.bodies).into_iter().zip([first, first + n]) {
                 let weights = diagonal.into_iter().map(f64::sqrt).enumerate();
-                let members = weights.filter(|(_, weight)| weight.is_normal()).map(|(k, weight)| (first + k, weight));
-                families.push(Family { members: members.collect() });
+                let family = weights.filter(|(_, weight)| weight.is_normal()).map(|(k, weight)| (first + k, weight));
+                families.push(family.collect());
             }
         }
         Self { largest: vec![0.0; layout.states], families, sizes: vec![0.0; layout.states] }
@@ -70,9 +65,9 @@ impl StateSizes {
                 self.largest[k] = *size;
             }
         }
-        for Family { members } in &self.families {
-            let most = members.iter().fold(0.0_f64, |most, (k, weight)| most.max(weight * self.sizes[*k]));
-            for (k, weight) in members {
+        for family in &self.families {
+            let most = family.iter().fold(0.0_f64, |most, (k, weight)| most.max(weight * self.sizes[*k]));
+            for (k, weight) in family {
                 self.sizes[*k] = self.sizes[*k].max(LEAST_SHARE * most / weight);
             }
         }
