@@ -82,6 +82,82 @@ fn no_switch_is_crossed_by_chance() {
     }
 }
 
+/// A mass on a spring whose characteristic has straight lines between many points, two of them close together, let go at one of them: most
+/// steps begin just beyond a point and lead to the next or beyond it. The time from point to point is known in closed form.
+#[test]
+fn every_corner_of_a_characteristic_ends_a_step() {
+    let mass = 2.0_f64;
+    let law = |x: f64| (x, 1000.0 * x + 2e4 * x.powi(3));
+    let mut points: Vec<(f64, f64)> = (1..=100).map(|k| law(f64::from(k) / 200.0)).collect();
+    let (x, force) = points[19];
+    points.insert(20, (x + 2e-6, force + 4e-3));
+    let start = points[60].0;
+    let (mut quarter, mut square) = (0.0, 0.0_f64);
+    for k in (0..=60).rev() {
+        let (right, left) = (points[k], if k > 0 { points[k - 1] } else { (0.0, 0.0) });
+        let slope = (right.1 - left.1) / (right.0 - left.0);
+        let (frequency, middle) = ((slope / mass).sqrt(), left.0 - left.1 / slope);
+        let phase = |x: f64, square: f64| (square.sqrt() / frequency).atan2(x - middle);
+        let next = square + (right.0 - left.0) * (right.1 + left.1) / mass;
+        quarter += (phase(left.0, next) - phase(right.0, square)) / frequency;
+        square = next;
+    }
+    let mirrored = points.iter().rev().map(|(x, force)| (-x, -force));
+    let points = mirrored.chain([(0.0, 0.0)]).chain(points.iter().copied());
+    let points: Vec<String> = points.map(|(x, force)| format!("[{x:?}, {force:?}]")).collect();
+    let end = 21.0 * quarter;
+    let text = format!(
+        r#"
+        plugins.libraries = ["odyn-joints", "odyn-forces"]
+        simulation.t_end = {end:?}
+        simulation.output_step = {end:?}
+        [[body]]
+        name = "mass"
+        mass = {mass:?}
+        particle = true
+        position = [{start:?}, 0, 0]
+        [[joint]]
+        name = "rail"
+        type = "translational"
+        bodies = ["ground", "mass"]
+        point = [0, 0, 0]
+        axis = [1, 0, 0]
+        [[force]]
+        name = "spring"
+        type = "translational-spring-damper"
+        bodies = ["ground", "mass"]
+        points = [[-1, 0, 0], [{start:?}, 0, 0]]
+        params.free_length = 1
+        params.stiffness = 0
+        params.force_of_elongation = {{ points = [{}], interpolation = "linear" }}
+        [[output]]
+        name = "x"
+        quantity = "position"
+        of = "mass"
+        component = "x"
+        [[output]]
+        name = "v"
+        quantity = "velocity"
+        of = "mass"
+        component = "x"
+        "#,
+        points.join(", ")
+    );
+    let speed = square.sqrt();
+    for method in ["dop853", "radau5", "radau9"] {
+        for tolerance in [1e-5, 1e-6, 1e-7, 1e-8] {
+            let sets = [format!("simulation.method={method:?}"), format!("simulation.tolerance={tolerance:e}")];
+            let report = open_text(&text, &sets.each_ref().map(String::as_str));
+            let report =
+                report.run(None, Box::new(|_| ()), &Default::default()).unwrap_or_else(|error| panic!("{error}"));
+            let [x, v] = ["x", "v"].map(|name| *column(&report, name).last().unwrap());
+            let off = (x / start).abs().max((v / speed + 1.0).abs());
+            println!("{method} {tolerance:e}: {off:e} {}", report.summary.evaluations);
+            assert!(off < 15.0 * tolerance, "{method} {tolerance:e}: {off:e}");
+        }
+    }
+}
+
 #[test]
 fn engines_find_the_same_switches() {
     let of = |engine: &str| run("bump-stop", &[&format!("simulation.engine={engine}")]);

@@ -329,8 +329,9 @@ impl Gathered<'_> {
         };
         let (a, b) = (piece(from, true), piece(to, false));
         let value = |k: usize, x: f64| taylor(&self.table.pieces[k], x - self.table.breaks[k])[self.order as usize];
+        let size = self.found.map_or(0.0, |(value, _)| value.magnitude());
         let (a, b) = (value(a, from), value(b, to));
-        if (a - b).abs() > 1e-9 * a.abs().max(b.abs()) {
+        if (a - b).abs() > 1e-9 * size.max(a.abs()).max(b.abs()) {
             self.jump();
         }
     }

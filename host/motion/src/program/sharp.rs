@@ -93,11 +93,12 @@ impl Sharp {
                     if is_sharp(graph, expr, of) {
                         found.of_motion.push(*node);
                     }
-                    if let Expr::Table { table, at, .. } = expr
-                        && let Some(sides) = sides(&graph.tables[table as usize])
-                        && !found.corners.contains(&(at, sides.clone()))
-                    {
-                        found.corners.push((at, sides));
+                    if let Expr::Table { table, at, .. } = expr {
+                        for sides in sides(&graph.tables[table as usize]) {
+                            if !found.corners.contains(&(at, sides.clone())) {
+                                found.corners.push((at, sides));
+                            }
+                        }
                     }
                     graph.operands(*node, |operand| {
                         if of(operand) == Depends::Time {
@@ -136,10 +137,16 @@ impl Sharp {
     }
 }
 
-/// A function that is negative and positive by turns between the places where a table jumps or has a corner, and zero there;
-/// `None` without such places. Between them it is a parabola of height 1.
-fn sides(table: &Table) -> Option<Table> {
-    let mut at: Vec<f64> = table.kinks().filter(|(_, order)| *order < 2).map(|(at, _)| at).collect();
+/// Functions that change their sign where a table jumps or has a corner, each at every other of these places: what leads across two
+/// of them that are close together is seen by both.
+fn sides(table: &Table) -> impl Iterator<Item = Table> + '_ {
+    let at: Vec<f64> = table.kinks().filter(|(_, order)| *order < 2).map(|(at, _)| at).collect();
+    [0, 1].into_iter().filter_map(move |from| alternating(table, at.iter().copied().skip(from).step_by(2).collect()))
+}
+
+/// A function that is negative and positive by turns between places of a table, and zero there; `None` without such places. Between
+/// them it is a parabola of height 1.
+fn alternating(table: &Table, mut at: Vec<f64>) -> Option<Table> {
     let first = *at.first()?;
     let outside = table.outside;
     match table.period() {

@@ -60,6 +60,9 @@ const NOISE: f64 = 1e-14;
 pub(super) enum Found {
     /// Conditions change for the first time between these shares of the step, and change again later.
     Hidden(f64, f64),
+    /// Conditions change between these shares of the step, which the signs at its ends do not show: it starts just beyond a switch, or
+    /// ends nearly back.
+    Changed(f64, f64),
     /// A function is sharp from this share of the step on, or a quantity leaves its bounds there.
     Sharp(f64),
     /// An angle goes too far.
@@ -74,6 +77,36 @@ struct Piece {
     polynomials: Bernstein,
     /// The guards that are not decided yet.
     open: Vec<bool>,
+}
+
+/// By how much each quantity changes where the state is off by what its tolerance allows, at both ends of a piece: less cannot be judged.
+#[derive(Debug)]
+struct Noise {
+    first: Vec<f64>,
+    last: Vec<f64>,
+    /// At which shares of the step.
+    known: [Option<f64>; 2],
+}
+
+impl Noise {
+    /// Nothing is noise until it is looked for.
+    fn forget(&mut self) {
+        self.first.fill(0.0);
+        self.last.fill(0.0);
+        self.known = [None; 2];
+    }
+}
+
+/// What is known of a condition, from the start of the step on.
+#[derive(Debug, Clone, Copy, Default)]
+struct Side {
+    /// Its value at the start, and whether it is on one side there.
+    start: f64,
+    begins: bool,
+    /// Whether it is negative, and the share of the step, where it was on one side last.
+    last: Option<(bool, f64)>,
+    /// Its first change: the places on both sides of it.
+    change: Option<(f64, f64)>,
 }
 
 /// See the module documentation.
@@ -93,11 +126,9 @@ pub(super) struct Enclosure {
     last: Vec<f64>,
     /// What was seen of functions.
     hulls: Vec<Interval>,
-    /// By how much each quantity changes where the state is off by what its tolerance allows: less cannot be judged.
-    noise: Vec<f64>,
+    noise: Noise,
     along_noise: Vec<Range>,
-    /// First change of each condition.
-    changes: Vec<Option<(f64, f64)>>,
+    sides: Vec<Side>,
     state: Vec<f64>,
 }
 
@@ -115,9 +146,9 @@ impl Enclosure {
             first: vec![0.0; n],
             last: vec![0.0; n],
             hulls: vec![Interval::ZERO; all],
-            noise: vec![0.0; n],
+            noise: Noise { first: vec![0.0; n], last: vec![0.0; n], known: [None; 2] },
             along_noise: vec![Range::UNKNOWN; n],
-            changes: vec![None; n],
+            sides: vec![Side::default(); n],
             state: vec![0.0; if n > 0 { dim } else { 0 }],
             can_enclose: proved,
             within: guards,
@@ -156,16 +187,21 @@ impl Enclosure {
         });
         let mut pieces =
             vec![Piece { from: 0.0, to: 1.0, depth: 0, polynomials: whole, open: vec![true; self.within.len()] }];
-        self.changes.fill(None);
-        self.noise.fill(0.0);
+        self.noise.forget();
         let mut seen = false;
         let mut count = 0;
         self.point(run, step, &pieces[0].polynomials, 0.0, false);
+        self.begin();
         while let Some(mut piece) = pieces.pop() {
             count += 1;
             self.point(run, step, &piece.polynomials, piece.to, true);
             self.enclose(run, step, &piece);
-            self.decide_what_is_clear(&mut piece, seen);
+            if seen {
+                self.find_noise(run, step, &piece);
+            }
+            if let Some(found) = self.decide_what_is_clear(&mut piece, seen) {
+                return Ok(self.settled(run, step, found));
+            }
             if self.has(&piece, |guard| matches!(guard, Guard::Switch | Guard::Feature)) {
                 // Only now is it worth while to know what was seen, and what is noise.
                 if !seen && self.has(&piece, |guard| matches!(guard, Guard::Feature)) {
@@ -178,7 +214,7 @@ impl Enclosure {
                 return Ok(self.settled(run, step, found));
             }
             if !piece.open.contains(&true) {
-                std::mem::swap(&mut self.first, &mut self.last);
+                self.pass();
             } else if piece.depth < DEEPEST && count < MOST_PIECES {
                 let mut left = Bernstein::default();
                 piece.polynomials.halve(&mut left);
@@ -192,15 +228,22 @@ impl Enclosure {
                 // As the ends of the piece have it.
                 let found = (0..piece.open.len()).filter(|k| piece.open[*k]).find_map(|k| match self.within[k] {
                     Guard::Turn => Some(Found::Turned),
-                    _ => self.note_change(k, &piece),
+                    _ => self.note_ends(k, &piece),
                 });
                 if let Some(found) = found {
                     return Ok(self.settled(run, step, found));
                 }
-                std::mem::swap(&mut self.first, &mut self.last);
+                self.pass();
             }
         }
-        Ok(None)
+        Ok(self.unseen_change(&self.first))
+    }
+
+    /// The end of a piece is the start of the next.
+    fn pass(&mut self) {
+        std::mem::swap(&mut self.first, &mut self.last);
+        std::mem::swap(&mut self.noise.first, &mut self.noise.last);
+        self.noise.known.swap(0, 1);
     }
 
     /// Whether no angle can get near half a turn from its reference.
@@ -227,7 +270,7 @@ impl Enclosure {
     /// A finding, unless the step is as short as can be.
     fn settled(&self, run: &Run<'_>, step: &Interpolation<'_>, found: Found) -> Option<Found> {
         let is_short = step.h <= Self::shortest(run);
-        Some(found).filter(|found| !is_short || matches!(found, Found::Hidden(..)))
+        Some(found).filter(|found| !is_short || matches!(found, Found::Hidden(..) | Found::Changed(..)))
     }
 
     /// Whether one of the guards that are still open is of a kind.
@@ -257,28 +300,33 @@ impl Enclosure {
         }
     }
 
-    /// See [`Enclosure::noise`], at the end of a piece: to first order, the slopes along all differences of the state that its
-    /// tolerance allows.
+    /// [`Noise`] at both ends of a piece: to first order, the slopes along all differences of the state that its tolerance allows.
     fn find_noise(&mut self, run: &mut Run<'_>, step: &Interpolation<'_>, piece: &Piece) {
         let off: Vec<f64> = self.entries.iter().map(|entry| run.system.resolution(*entry)).collect();
-        let of =
-            |k: usize| Range { slope: Interval::new(-off[k], off[k]), ..Range::still(piece.polynomials.end(k, true)) };
-        let t = Range::still(step.time(piece.to));
-        run.system.enclose(self.of, t, &of, &|k| piece.open[k], &mut self.along_noise);
-        for (noise, range) in self.noise.iter_mut().zip(&self.along_noise) {
-            let size = range.slope.magnitude();
-            *noise = if size.is_finite() { size } else { 0.0 };
+        for (end, share) in [piece.from, piece.to].into_iter().enumerate() {
+            if self.noise.known[end].replace(share) == Some(share) {
+                continue;
+            }
+            let state = |k: usize| piece.polynomials.end(k, end == 1);
+            let of = |k: usize| Range { slope: Interval::new(-off[k], off[k]), ..Range::still(state(k)) };
+            let t = Range::still(step.time(share));
+            run.system.enclose(self.of, t, &of, &|k| piece.open[k], &mut self.along_noise);
+            let found = if end == 0 { &mut self.noise.first } else { &mut self.noise.last };
+            for (noise, range) in found.iter_mut().zip(&self.along_noise) {
+                let size = range.slope.magnitude();
+                *noise = if size.is_finite() { size } else { 0.0 };
+            }
         }
     }
 
     /// The smallest difference of a quantity that means anything.
     fn least(&self, k: usize) -> f64 {
-        (NEGLIGIBLE * self.sizes[k]).max(self.noise[k])
+        (NEGLIGIBLE * self.sizes[k]).max(self.noise.first[k]).max(self.noise.last[k])
     }
 
-    /// The same for a condition, whose value is near zero where it matters.
-    fn least_side(&self, k: usize) -> f64 {
-        (NOISE * self.sizes[k]).max(self.noise[k])
+    /// The same for a condition, whose value is near zero where it matters, at the start and at the end of a piece.
+    fn least_sides(&self, k: usize) -> [f64; 2] {
+        [&self.noise.first, &self.noise.last].map(|noise| (NOISE * self.sizes[k]).max(noise[k]))
     }
 
     /// What the method saw of functions.
@@ -304,7 +352,7 @@ impl Enclosure {
     }
 
     /// Decides what needs no knowledge of noise: most guards over most steps.
-    fn decide_what_is_clear(&self, piece: &mut Piece, seen: bool) {
+    fn decide_what_is_clear(&mut self, piece: &mut Piece, seen: bool) -> Option<Found> {
         for k in 0..self.within.len() {
             if !piece.open[k] {
                 continue;
@@ -318,7 +366,12 @@ impl Enclosure {
                 _ => false,
             };
             piece.open[k] = !is_clear;
+            let found = if is_clear { self.note_ends(k, piece) } else { None };
+            if found.is_some() {
+                return found;
+            }
         }
+        None
     }
 
     /// Decides what the ranges over a piece, and the values at its ends, allow to decide.
@@ -332,11 +385,12 @@ impl Enclosure {
             let (value, known) = self.range_of(k);
             match self.within[k] {
                 Guard::Switch => {
-                    let noise = self.least_side(k);
-                    let rests = piece.depth >= RESTS && first.abs().max(last.abs()) <= noise;
+                    let sides = self.least_sides(k);
+                    let noise = sides[0].min(sides[1]);
+                    let rests = piece.depth >= RESTS && first.abs() <= sides[0] && last.abs() <= sides[1];
                     if value.low >= -noise || value.high < noise || (known && range.is_monotone()) || rests {
                         piece.open[k] = false;
-                        let found = self.note_change(k, piece);
+                        let found = self.note_ends(k, piece);
                         if found.is_some() {
                             return found;
                         }
@@ -367,28 +421,47 @@ impl Enclosure {
         None
     }
 
-    /// Notes where a condition differs at the ends of a piece; its second change is a finding.
-    fn note_change(&mut self, k: usize, piece: &Piece) -> Option<Found> {
-        if !matches!(self.within[k], Guard::Switch) {
+    /// Begins to follow the conditions, whose values at the start of the step are at hand.
+    fn begin(&mut self) {
+        let sides = self.sides.iter_mut().zip(&self.first);
+        sides.for_each(|(side, start)| *side = Side { start: *start, ..Side::default() });
+    }
+
+    /// Notes a condition at both ends of a piece.
+    fn note_ends(&mut self, k: usize, piece: &Piece) -> Option<Found> {
+        let ends = [(piece.from, self.first[k]), (piece.to, self.last[k])];
+        let places = ends.into_iter().zip(self.least_sides(k));
+        places.fold(None, |found, ((share, value), least)| found.or_else(|| self.note(k, share, value, least)))
+    }
+
+    /// Notes the value of a condition at a share of the step, where it is on one side; its second change is a finding.
+    fn note(&mut self, k: usize, share: f64, value: f64, least: f64) -> Option<Found> {
+        let is_on_one_side = matches!(self.within[k], Guard::Switch) && value.abs() > least;
+        if !is_on_one_side {
             return None;
         }
-        let noise = self.least_side(k);
-        let (first, last) = (self.first[k], self.last[k]);
-        if (first < 0.0) == (last < 0.0) || first.abs().min(last.abs()) <= noise {
-            return None;
-        }
-        match self.changes[k] {
+        let side = &mut self.sides[k];
+        side.begins |= share == 0.0;
+        let before = side.last.replace((value < 0.0, share));
+        let (_, from) = before.filter(|(negative, _)| *negative != (value < 0.0))?;
+        match side.change {
             None => {
-                self.changes[k] = Some((piece.from, piece.to));
+                side.change = Some((from, share));
                 None
             }
             Some((from, to)) => Some(Found::Hidden(from, to)),
         }
     }
 
+    /// A single change that a comparison of both ends of the step does not show; `end` are the values there.
+    fn unseen_change(&self, end: &[f64]) -> Option<Found> {
+        let is_shown = |k: usize, side: &Side| side.begins && (side.start < 0.0) != (end[k] < 0.0);
+        let changes = self.sides.iter().enumerate().filter(|(k, side)| !is_shown(*k, side));
+        changes.filter_map(|(_, side)| side.change).next().map(|(from, to)| Found::Changed(from, to))
+    }
+
     /// The plain twin: looks at many places of the step.
     fn look(&mut self, run: &mut Run<'_>, step: &Interpolation<'_>) -> Result<Option<Found>, Trouble> {
-        self.changes.fill(None);
         let mut shares: Vec<f64> = (0..=PLACES).map(|k| k as f64 / PLACES as f64).collect();
         let places = shares.len();
         shares.extend(step.seen);
@@ -415,33 +488,29 @@ impl Enclosure {
         let mut moved = vec![0.0; self.within.len()];
         if run.look(self.of, step.end, &self.state, &mut moved)? {
             let pairs = moved.iter().zip(&known[places - 1]);
-            self.noise.iter_mut().zip(pairs).for_each(|(noise, (a, b))| *noise = MANY_DIRECTIONS * (a - b).abs());
+            self.noise.first.iter_mut().zip(pairs).for_each(|(noise, (a, b))| *noise = MANY_DIRECTIONS * (a - b).abs());
+            self.noise.last.clone_from(&self.noise.first);
         }
-        for place in 1..places {
-            let piece = Piece {
-                from: shares[place - 1],
-                to: shares[place],
-                depth: DEEPEST,
-                polynomials: Bernstein::default(),
-                open: Vec::new(),
-            };
-            self.first.copy_from_slice(&known[place - 1]);
-            self.last.copy_from_slice(&known[place]);
+        self.first.copy_from_slice(&known[0]);
+        self.begin();
+        for place in 0..places {
+            let (before, share) = (shares[place.saturating_sub(1)], shares[place]);
+            let values = &known[place];
             let beyond = |k: usize| match self.within[k] {
-                Guard::Feature => {
-                    leaves(self.last[k], self.hulls[k], self.least(k)).then_some(Found::Sharp(piece.from))
-                }
-                Guard::Bound(limit) => (self.last[k].abs() > limit).then_some(Found::Sharp(piece.to)),
-                Guard::Turn => (self.last[k].abs() > MOST_TURNED).then_some(Found::Turned),
+                Guard::Feature => leaves(values[k], self.hulls[k], self.least(k)).then_some(Found::Sharp(before)),
+                Guard::Bound(limit) => (values[k].abs() > limit).then_some(Found::Sharp(share)),
+                Guard::Turn => (values[k].abs() > MOST_TURNED).then_some(Found::Turned),
                 _ => None,
             };
-            let found = (0..self.within.len()).find_map(beyond);
-            let found = found.or_else(|| (0..self.within.len()).find_map(|k| self.note_change(k, &piece)));
+            let found = (0..self.within.len()).filter(|_| place > 0).find_map(beyond);
+            let found = found.or_else(|| {
+                (0..self.within.len()).find_map(|k| self.note(k, share, values[k], self.least_sides(k)[0]))
+            });
             if let Some(found) = found {
                 return Ok(self.settled(run, step, found));
             }
         }
-        Ok(None)
+        Ok(self.unseen_change(&known[places - 1]))
     }
 }
 

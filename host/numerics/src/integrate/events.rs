@@ -20,11 +20,11 @@
 
 mod sides;
 
-use super::Watched;
 use super::enclosure::{Enclosure, Found, Jump};
 use super::interpolation::Interpolation;
 use super::run::{Run, Trouble};
 use super::stops::Stops;
+use super::{Accepted, Watched};
 
 /// Accuracy of the first location, as a share of the step.
 const ROUGH: f64 = 0.01;
@@ -44,8 +44,13 @@ const DOUBT: f64 = 0.05;
 const MOST_NUDGES: i32 = 30;
 /// Share of a step that is tried again where a function is sharp right at its start.
 const SHARP_START: f64 = 0.1;
-/// Switches closer to the last than this share of the longest step so far follow each other closely.
+/// Where conditions go away from zero between switches by more than this share of their largest values, time passes from one to the
+/// next.
+const AWAY: f64 = 0.02;
+/// Switches closer to the last than this share of the longest step so far follow each other closely; where conditions go away, than
+/// [`CLOSE_AND_AWAY`].
 const CLOSE: f64 = 0.02;
+const CLOSE_AND_AWAY: f64 = 1e-5;
 /// As many of them one after the other are too many: they are left to error control for the length of the longest step.
 const MOST_CLOSE: u32 = 8;
 
@@ -87,8 +92,9 @@ pub(super) struct Events {
     /// Values of the conditions at the start of the step; known at this time.
     before: Vec<f64>,
     known_at: Option<f64>,
-    /// Largest magnitudes so far, of accepted states.
+    /// Largest magnitudes so far, of accepted states; and since the last switch.
     sizes: Vec<f64>,
+    swings: Vec<f64>,
     /// Their round-off, as measured where they seemed to change.
     noise: Vec<f64>,
     differences: Vec<f64>,
@@ -134,6 +140,7 @@ impl Events {
             before: vec![0.0; conditions],
             known_at: None,
             sizes: vec![0.0; conditions],
+            swings: vec![0.0; conditions],
             noise: vec![0.0; conditions],
             differences: vec![0.0; conditions],
             low: vec![0.0; conditions],
@@ -182,14 +189,22 @@ impl Events {
             found => found,
         };
         let again = match found {
-            None if self.ends_steps() && self.is_across(run, y, step)? => self.aim(run, step, (0.0, 1.0))?,
             None => None,
-            Some(Found::Hidden(from, to)) => self.aim_within(run, y, step, (from, to))?,
+            // Where steps are not to end at switches, at least none is to span two of them.
+            Some(Found::Hidden(from, to)) => {
+                self.aim_within(run, y, step, (from, to), Some(halfway(step, (from, to))))?
+            }
+            Some(Found::Changed(from, to)) if self.ends_steps() => self.aim_within(run, y, step, (from, to), None)?,
+            Some(Found::Changed(..)) => None,
             Some(Found::Sharp(share)) if share > SHARP_START => {
                 Some(Again { h: step.h * share, end_at: Some(step.time(share)) })
             }
             Some(Found::Sharp(_)) => Some(Again { h: SHARP_START * step.h, end_at: None }),
             Some(Found::Turned) => Some(Again { h: 0.5 * step.h, end_at: None }),
+        };
+        let again = match again {
+            None if self.ends_steps() && self.is_across(run, y, step)? => self.aim(run, step, (0.0, 1.0))?,
+            again => again,
         };
         let Some(again) = again.filter(|again| again.h > run.smallest_step()) else { return Ok(None) };
         run.counters.rejected += 1;
@@ -205,10 +220,9 @@ impl Events {
     /// Whether conditions differ at the ends of a step that error control has accepted. Their values there are [`Events::low`] and
     /// [`Events::high`] then.
     fn is_across(&mut self, run: &mut Run<'_>, y: &[f64], step: &Interpolation<'_>) -> Result<bool, Trouble> {
-        if self.before.is_empty() || run.t < self.blind_until || !run.switching(step.start, y, &mut self.before)? {
+        if self.before.is_empty() || run.t < self.blind_until || !self.know_start(run, y)? {
             return Ok(false);
         }
-        self.known_at = Some(step.start);
         (step.at)(1.0, &mut self.state);
         if !run.switching(step.end, &self.state, &mut self.high)? {
             return Ok(false);
@@ -217,6 +231,19 @@ impl Events {
         sizes.for_each(|(size, (start, end))| *size = size.max(start.abs()).max(end.abs()));
         self.low.copy_from_slice(&self.before);
         self.surely_changed(run, (step.start, step.h), (1.0, -1.0), step.at)
+    }
+
+    /// The conditions at the start `y` of the step under way; false where they are not to be had.
+    fn know_start(&mut self, run: &mut Run<'_>, y: &[f64]) -> Result<bool, Trouble> {
+        if self.known_at != Some(run.t) {
+            self.known_at = None;
+            if !run.switching(run.t, y, &mut self.before)? {
+                return Ok(false);
+            }
+            self.known_at = Some(run.t);
+        }
+        self.swings.iter_mut().zip(&self.before).for_each(|(swing, value)| *swing = swing.max(value.abs()));
+        Ok(true)
     }
 
     /// Gives up what the next step was aimed at.
@@ -245,20 +272,19 @@ impl Events {
         Ok(())
     }
 
-    /// Makes the next step end before conditions that change between two shares of this one, and change back later.
+    /// Makes the next step end before conditions that change between two shares of this one, which its ends do not show. Without
+    /// conditions that do, the next step is to be `otherwise`.
     fn aim_within(
         &mut self,
         run: &mut Run<'_>,
         y: &[f64],
         step: &Interpolation<'_>,
-        (from, to): (f64, f64),
+        (mut from, mut to): (f64, f64),
+        otherwise: Option<Again>,
     ) -> Result<Option<Again>, Trouble> {
-        // Where steps are not to end at switches, at least none is to span two of them.
-        let halfway = Some(halfway(step, (from, to)));
-        if self.before.is_empty() || !run.switching(step.start, y, &mut self.before)? {
-            return Ok(halfway);
+        if self.before.is_empty() || !self.know_start(run, y)? {
+            return Ok(otherwise);
         }
-        self.known_at = Some(step.start);
         (step.at)(from, &mut self.state);
         let known = run.switching(step.time(from), &self.state, &mut self.low)?;
         (step.at)(to, &mut self.state);
@@ -266,8 +292,18 @@ impl Events {
         for (size, start) in self.sizes.iter_mut().zip(&self.before) {
             *size = size.max(start.abs());
         }
-        if !known || !self.changed(&self.high) {
-            return Ok(halfway);
+        if !known {
+            return Ok(otherwise);
+        }
+        self.take_sides_of_low();
+        if self.changed(&self.low) {
+            self.high.copy_from_slice(&self.low);
+            self.low.copy_from_slice(&self.before);
+            (from, to) = (0.0, from);
+            (step.at)(to, &mut self.state);
+        }
+        if !self.changed(&self.high) {
+            return Ok(otherwise);
         }
         // What changes may be the interpolation alone: between its ends a step may be off its manifold.
         let known = run.switching_inside(step.time(to), &mut self.state, &mut self.high)?;
@@ -292,6 +328,18 @@ impl Events {
         }
         self.pending = Some(Pending { resume: step.h, until: step.time(share), tries: 0 });
         Ok(Some(Again { h: step.h, end_at: Some(end) }))
+    }
+
+    /// Where the start of a step tells of no side, or barely of one, since it lies just beyond a switch, [`Events::low`] does, up to where
+    /// nothing has changed.
+    fn take_sides_of_low(&mut self) {
+        for k in 0..self.before.len() {
+            let (start, low) = (self.before[k], self.low[k]);
+            let is_same = (start < 0.0) == (low < 0.0) || !self.is_on_one_side(k, start);
+            if is_same && low.abs() > start.abs() {
+                self.before[k] = low;
+            }
+        }
     }
 
     /// Whether the step under way is aimed at a switch; its interpolation will be needed.
@@ -319,11 +367,8 @@ impl Events {
             self.blind_until = pending.until;
             return Ok(None);
         }
-        if self.known_at != Some(t) {
-            if !run.switching(t, y, &mut self.before)? {
-                return Ok(None);
-            }
-            self.known_at = Some(t);
+        if !self.know_start(run, y)? {
+            return Ok(None);
         }
         self.low.copy_from_slice(&self.before);
         if !run.switching(t_new, y_new, &mut self.high)? {
@@ -358,16 +403,15 @@ impl Events {
         Ok(Some(end))
     }
 
-    /// A step from the time `start` to the state `y` is accepted, and nothing stops within it. `interpolate` writes the state at a
-    /// share of it, which may be above 1.
+    /// A step to the state `y` is accepted, and nothing stops within it. Its interpolation is continued beyond its end.
     pub(super) fn accepted(
         &mut self,
         run: &mut Run<'_>,
         y: &mut [f64],
-        start: f64,
         stops: &mut Stops,
-        interpolate: impl Fn(f64, &mut [f64]),
+        step: &Interpolation<'_>,
     ) -> Result<Next, Trouble> {
+        let (start, h) = (step.start, step.h);
         let wanted = self.wanted.take();
         if let Some(jump) = self.jump.take().filter(|jump| jump.before == run.t) {
             // The state is the same on both sides.
@@ -377,36 +421,43 @@ impl Events {
             return Ok(Next::Jumped(wanted.unwrap_or(jump.after - start)));
         }
         let Some(pending) = self.pending.take() else { return Ok(wanted.map_or(Next::Plain, Next::Resumed)) };
-        let (t, h) = (run.t, run.t - start);
+        let t = run.t;
         if !run.switching(t, y, &mut self.low)? {
             return Ok(Next::Plain);
         }
         self.sizes.iter_mut().zip(&self.low).for_each(|(size, value)| *size = size.max(value.abs()));
         if self.changed(&self.low) {
-            self.count(run);
+            let went_away = self.went_away(&self.low);
+            self.count(run, went_away);
             return Ok(Next::Passed(pending.resume));
         }
+        self.take_sides_of_low();
         let furthest = ((pending.until - start) / h).min(1.0 + AHEAD);
-        interpolate(furthest, &mut self.state);
+        (step.at)(furthest, &mut self.state);
         let known = run.switching(start + furthest * h, &self.state, &mut self.high)?;
         if !known || furthest <= 1.0 || !self.changed(&self.high) {
             return Ok(Next::Plain);
         }
         let width = FINE.max(4.0 * f64::EPSILON * t.abs() / h);
-        let located = self.locate(run, (start, h), (1.0, furthest), width, &interpolate)?;
+        let located = self.locate(run, (start, h), (1.0, furthest), width, step.at)?;
         let Some((_, share)) = located else { return Ok(Next::Plain) };
         if share - 1.0 <= self.reach {
             let beyond = share - 1.0;
-            let at = |part: f64, out: &mut [f64]| interpolate(1.0 + part * beyond, out);
-            let step = Interpolation { start: t, h: beyond * h, end: t + beyond * h, degree: 0, seen: &[], at: &at };
-            if let Some(stop) = stops.ahead(run, &step)? {
+            let at = |part: f64, out: &mut [f64]| (step.at)(1.0 + part * beyond, out);
+            let rest = Interpolation { start: t, h: beyond * h, end: t + beyond * h, seen: &[], at: &at, ..*step };
+            let stop = stops.ahead(run, &rest)?.filter(|stop| (1.0 - stop) * beyond > width);
+            let sooner = match stop {
                 // The next step ends between both, so that the stop is found in it.
-                let end = t + 0.5 * (stop + 1.0) * step.h;
-                if (1.0 - stop) * beyond > width && end - t >= run.smallest_step() {
-                    return Ok(Next::EndAt(end));
-                }
+                Some(stop) => Some(0.5 * (stop + 1.0)),
+                None => match self.enclosure.examine(run, &rest)? {
+                    Some(Found::Hidden(from, to)) => Some(0.5 * (from + to)),
+                    _ => None,
+                },
+            };
+            if let Some(end) = sooner.map(|part| t + part * rest.h).filter(|end| end - t >= run.smallest_step()) {
+                return Ok(Next::EndAt(end));
             }
-            return self.cross(run, y, (start, h), share, width, pending, interpolate);
+            return self.cross(run, y, step, (share, width), pending);
         }
         if pending.tries >= MOST_TRIES {
             return Ok(Next::Plain);
@@ -424,26 +475,23 @@ impl Events {
     }
 
     /// Makes the state just beyond a switch, at this share of the last step, an accepted one.
-    #[expect(clippy::too_many_arguments, reason = "the tail of `accepted`, called once")]
     fn cross(
         &mut self,
         run: &mut Run<'_>,
         y: &mut [f64],
-        (start, h): (f64, f64),
-        share: f64,
-        width: f64,
+        step: &Interpolation<'_>,
+        (share, width): (f64, f64),
         pending: Pending,
-        interpolate: impl Fn(f64, &mut [f64]),
     ) -> Result<Next, Trouble> {
         // The projection may move the state back across.
         for nudge in 0..MOST_NUDGES {
             let share = share + width * (f64::from(nudge).exp2() - 1.0);
-            let t_new = start + share * h;
+            let t_new = step.start + share * step.h;
             if share - 1.0 > self.reach || t_new <= run.t || t_new > run.span.t_end {
                 break;
             }
-            interpolate(share, &mut self.state);
-            match run.project(t_new, &mut self.state, h) {
+            (step.at)(share, &mut self.state);
+            match run.project(t_new, &mut self.state, step.h) {
                 Ok(()) => {}
                 Err(Trouble::Retry(_)) => break,
                 Err(trouble) => return Err(trouble),
@@ -454,22 +502,33 @@ impl Events {
             if !self.changed(&self.values) {
                 continue;
             }
+            let went_away = self.went_away(&self.values);
             y.copy_from_slice(&self.state);
-            run.finish_step(t_new, y, &mut self.scratch, |time, out| interpolate((time - start) / h, out))?;
+            let accepted =
+                run.finish_step(t_new, y, &mut self.scratch, |time, out| (step.at)((time - step.start) / step.h, out))?;
             self.before.copy_from_slice(&self.values);
-            self.known_at = Some(t_new);
-            self.count(run);
+            self.known_at = (accepted != Accepted::Changed).then_some(t_new);
+            self.count(run, went_away);
             return Ok(Next::Crossed(pending.resume));
         }
         Ok(Next::Plain)
     }
 
+    /// Whether a condition that has changed had gone away from zero before, so that time passes from switch to switch: along a table of
+    /// many points, say.
+    fn went_away(&self, now: &[f64]) -> bool {
+        let swing = |k: usize| self.swings[k].max(self.before[k].abs());
+        (0..now.len()).any(|k| self.differs(k, now) && swing(k) > AWAY * self.sizes[k])
+    }
+
     /// Notes a switch, and whether they follow each other too closely.
-    fn count(&mut self, run: &mut Run<'_>) {
+    fn count(&mut self, run: &mut Run<'_>, went_away: bool) {
         run.counters.events += 1;
         let longest = run.counters.h_max;
-        let near = self.last.is_some_and(|last| run.t - last < CLOSE * longest);
+        let close = if went_away { CLOSE_AND_AWAY } else { CLOSE };
+        let near = self.last.is_some_and(|last| run.t - last < close * longest);
         self.last = Some(run.t);
+        self.swings.fill(0.0);
         self.close = if near { self.close + 1 } else { 0 };
         if self.close >= MOST_CLOSE {
             self.close = 0;

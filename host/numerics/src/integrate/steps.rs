@@ -262,7 +262,10 @@ pub(super) fn adaptive_steps(
                     stops.forget();
                 }
                 h = method.size_after_acceptance(tried, h, error);
-                let next = events.accepted(run, y, start, &mut stops, |share, out| method.interpolate(share, out))?;
+                let at = |share: f64, out: &mut [f64]| method.interpolate(share, out);
+                let degree = method.degree();
+                let step = Interpolation { start, h: run.t - start, end: run.t, degree, seen: &[], at: &at };
+                let next = events.accepted(run, y, &mut stops, &step)?;
                 if !matches!(next, Next::Plain) {
                     stops.forget();
                 }

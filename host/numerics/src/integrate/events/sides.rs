@@ -3,7 +3,10 @@
 //! A condition may be nothing but round-off: the speed at which the ends of a damper of constant length move apart. Its sign says
 //! nothing then. How much of a value is round-off depends on all it is computed from, and on how; so it is measured, where a sign
 //! has changed: values at places of the step so close together that what is smooth leaves no fifth difference, and so far apart
-//! that all is rounded anew (More & Wild, "Estimating computational noise", SIAM J. Sci. Comput. 33, 2011).
+//! that all is rounded anew (More & Wild, "Estimating computational noise", SIAM J. Sci. Comput. 33, 2011). In short steps, and from
+//! rest, states so close together are the same; so the last digit of every entry is set anew as well.
+
+use std::f64::consts::SQRT_2;
 
 use super::{Events, NOISE};
 use crate::integrate::run::{Run, Trouble};
@@ -16,6 +19,8 @@ const NEAR: f64 = 1e-5;
 const FIFTH: [f64; 6] = [1.0, -5.0, 10.0, -10.0, 5.0, -1.0];
 /// Round-off that a value may have by the fifth difference, whose mean square is 252 times its own.
 const MARGIN: f64 = 2.0;
+/// The golden section.
+const GOLDEN: f64 = 0.618_033_988_749_894_8;
 /// What is left of an earlier measurement at the next one: differences of round-off may be small by chance.
 const FADING: f64 = 0.5;
 
@@ -36,6 +41,7 @@ impl Events {
         for (number, coefficient) in FIFTH.iter().enumerate() {
             let share = from + by * NEAR * number as f64;
             interpolate(share, &mut self.state);
+            round_anew(&mut self.state, number);
             if !run.switching(start + share * h, &self.state, &mut self.values)? {
                 return Ok(true);
             }
@@ -96,13 +102,27 @@ impl Events {
     }
 
     /// Whether a condition is on another side than at the start of the step, where it was on one.
-    fn differs(&self, k: usize, now: &[f64]) -> bool {
-        let least = self.noise[k].max(NOISE * self.sizes[k]);
-        (self.before[k] < 0.0) != (now[k] < 0.0) && now[k].abs() > least && self.before[k].abs() > least
+    pub(super) fn differs(&self, k: usize, now: &[f64]) -> bool {
+        let sides = [self.before[k], now[k]];
+        (sides[0] < 0.0) != (sides[1] < 0.0) && sides.iter().all(|value| self.is_on_one_side(k, *value))
+    }
+
+    /// Whether a value of a condition is more than round-off.
+    pub(super) fn is_on_one_side(&self, k: usize, value: f64) -> bool {
+        value.abs() > self.noise[k].max(NOISE * self.sizes[k])
     }
 
     /// Whether any condition is.
     pub(super) fn changed(&self, now: &[f64]) -> bool {
         (0..now.len()).any(|k| self.differs(k, now))
+    }
+}
+
+/// Changes every entry of a state by up to one unit of its last digit, each in another way and for each number in another way: by
+/// shares of it that turn by the golden section, so that they have large differences of every order.
+fn round_anew(state: &mut [f64], number: usize) {
+    for (entry, value) in state.iter_mut().enumerate() {
+        let share = (GOLDEN * number as f64 + SQRT_2 * entry as f64).fract();
+        *value *= 1.0 + f64::EPSILON * (2.0 * share - 1.0);
     }
 }

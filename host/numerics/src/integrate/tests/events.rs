@@ -144,31 +144,41 @@ fn nothing_is_looked_at_without_rejected_steps() {
     assert_eq!((outcome.counters.rejected, outcome.counters.events), (0, 0));
 }
 
-/// A square wave that begins at 4, a thousand times faster than the oscillator beside it.
-fn square_wave(t: f64, y: &[f64], dy: &mut [f64]) {
+/// A square wave that begins at 4, with half periods of this length.
+fn square_wave<const NANOSECONDS: u64>(t: f64, y: &[f64], dy: &mut [f64]) {
     oscillator(t, y, dy);
-    let on = if wave(t) < 0.0 { -1.0 } else { 1.0 };
+    let on = if wave::<NANOSECONDS>(t) < 0.0 { -1.0 } else { 1.0 };
     dy[2] = if t < 4.0 { 0.0 } else { on };
 }
 
-fn wave(t: f64) -> f64 {
-    (1000.0 * std::f64::consts::PI * t).sin()
+fn wave<const NANOSECONDS: u64>(t: f64) -> f64 {
+    (std::f64::consts::PI * t / (1e-9 * NANOSECONDS as f64)).sin()
+}
+
+/// Ten and a half periods of a wave: what was done, and by how much the end is off.
+fn through_a_wave<const NANOSECONDS: u64>(tolerance: f64) -> (Counters, f64) {
+    let mut system = Probe::new(square_wave::<NANOSECONDS>, 3, tolerance);
+    system.switching = Some((1, |t, _, values| values[0] = wave::<NANOSECONDS>(t)));
+    let mut y = vec![1.0, 0.0, 0.0];
+    let half = 1e-9 * NANOSECONDS as f64;
+    let t_end = 4.0 + 21.0 * half;
+    let span = Span { t_start: 0.0, t_end, sample_times: &[] };
+    let outcome = dop853().integrate(&mut system, &mut y, &span, &Options::default()).unwrap();
+    println!("{:?}", outcome.counters);
+    (outcome.counters, distance(&y, &[t_end.cos(), -t_end.sin(), half]))
 }
 
 #[test]
 fn too_many_switches_are_left_to_error_control() {
-    let mut system = Probe::new(square_wave, 3, 1e-7);
-    system.switching = Some((1, |t, _, values| values[0] = wave(t)));
-    let mut y = vec![1.0, 0.0, 0.0];
-    // Ten and a half periods of the wave.
-    let t_end = 4.021;
-    let span = Span { t_start: 0.0, t_end, sample_times: &[] };
-    let outcome = dop853().integrate(&mut system, &mut y, &span, &Options::default()).unwrap();
-    let Counters { events, chatters, .. } = outcome.counters;
-    println!("{:?}", outcome.counters);
+    // A million times faster than the oscillator beside it.
+    let (Counters { events, chatters, .. }, off) = through_a_wave::<1_000>(1e-10);
     assert!(chatters > 0 && events < 21, "{events} {chatters}");
     // As accurate as error control is by itself there.
-    assert!(distance(&y, &[t_end.cos(), -t_end.sin(), 1e-3]) < 1e-5, "{y:?}");
+    assert!(off < 1e-5, "{off:e}");
+    // A thousand times faster only: what goes away from its switches is followed.
+    let (Counters { events, chatters, .. }, off) = through_a_wave::<1_000_000>(1e-7);
+    assert!(chatters == 0 && events == 21, "{events} {chatters}");
+    assert!(off < 1e-8, "{off:e}");
 }
 
 /// A ball that drops on a stiff spring.
