@@ -366,6 +366,8 @@ table! {
         "Two keys are each valid, but beside one of them the other changes nothing: `fixed_step` leaves nothing to `max_step` and `first_step`, and the reference engine has coordinates of its own, whatever `formulation` says. Leave one of them out.";
     UNUSED_CONTROL = "ODY0872", Scene, "control element that nothing takes",
         "A control element makes signals, and acts on nothing by itself: what an actuator, a driver or another control element takes stands among the `inputs` of that one, `inputs.signal = \"pid.output\"`. No element and no output takes a signal of this one, so that leaving it out changes nothing. Connect it, or take it away.";
+    FORCE_OF_NOTHING = "ODY0873", Scene, "force that is zero",
+        "What a force element does to its bodies follows from its parameters and signals. Those of this one make forces and torques that are zero in every motion: an actuator without a law and without a signal, a spring whose coefficients are zero. Leaving it out changes nothing. Give it its law, or take it away; an element with an output of its own is not warned of, since it measures something.";
     CURVE_PASSED = "ODY0883", Audit, "end of a joint's curve passed",
         "The curve of a joint is held beyond its first and last point. Where it arrives there with a slope it has a kink, at which the velocity of the body that follows it is turned at once, without the impact that this would be: from then on the motion is not that of the scene. Give points beyond the motion, or let the curve end level: two equal values.";
 }

@@ -3,11 +3,12 @@
 
 use element_api::params::{FRAME_COUNT, ParamKind, ParamSpec, Table};
 use element_api::recording::{Input, Op, Role};
-use element_api::{Descriptor, Recording};
+use element_api::{Descriptor, Kind, Recording};
 use odyn_graph::{Graph, Node, operation};
 use rustc_hash::FxHashMap;
 use toml::Value;
 
+use super::types::{Instance, Source};
 use crate::catalog::ElementHandle;
 use crate::diagnostics::{Diagnostic, codes};
 use crate::scene::ElementRecord;
@@ -169,6 +170,50 @@ fn same(a: &Value, b: &Value) -> bool {
         (Value::Array(a), Value::Array(b)) => a.len() == b.len() && a.iter().zip(b).all(|(a, b)| same(a, b)),
         _ => a == b || number(a).is_some_and(|x| number(b) == Some(x)),
     }
+}
+
+/// Force elements that are zero, whatever the motion: no law was given to them, coefficients are zero, or the signal that would drive them
+/// is not connected. Those that have their equations in common, and constants for the same signals, are looked at once.
+#[derive(Default)]
+pub(super) struct Zeros(FxHashMap<(*const Recording, Vec<Option<u64>>), bool>);
+
+impl Zeros {
+    pub(super) fn contains(&mut self, instance: &Instance) -> bool {
+        let (class, recording) = (&*instance.class, &*instance.recording);
+        let is_in_question = class.kind == Kind::Force && !class.opaque && class.checks.is_empty();
+        if !is_in_question || recording.ops.len() > MOST_OPERATIONS {
+            return false;
+        }
+        let constant = |source: &Source| match source {
+            Source::Constant(value) => Some(value.to_bits()),
+            Source::Quantity(..) => None,
+        };
+        let key = (std::ptr::from_ref(recording), instance.inputs.iter().map(constant).collect());
+        *self.0.entry(key).or_insert_with(|| acts_with_nothing(recording, &instance.inputs))
+    }
+}
+
+/// Whether all that a recording gives is zero, but for what it reports.
+fn acts_with_nothing(recording: &Recording, signals: &[Source]) -> bool {
+    let mut graph = Graph::default();
+    graph.tables.clone_from(&recording.tables);
+    let mut nodes: Vec<Node> = Vec::with_capacity(recording.ops.len());
+    for (slot, raw) in recording.ops.iter().enumerate() {
+        let Some(op) = Op::decode(*raw) else { return false };
+        nodes.push(match op {
+            Op::Input(Input::Signal(k)) => match signals.get(k as usize) {
+                Some(Source::Constant(value)) => graph.constant(*value),
+                _ => graph.input(slot),
+            },
+            Op::Input(_) => graph.input(slot),
+            op => operation(&mut graph, recording, op, 0, |k| nodes[k as usize]),
+        });
+    }
+    let zero = graph.constant(0.0);
+    recording.outputs.iter().all(|output| match output.role {
+        Role::Channel(_) | Role::Potential | Role::Dissipation | Role::Angle(_) => true,
+        _ => nodes[output.node as usize] == zero,
+    })
 }
 
 /// Recordings of a class in the form in which the same is the same: nodes of one graph, where signals that are not connected are the

@@ -7,6 +7,7 @@ use element_api::{Descriptor, Kind, NamedInput, Recording};
 use rustc_hash::FxHashMap;
 
 use super::bodies::quoted;
+use super::idle::Zeros;
 use super::moved_rows;
 use super::parameters::dimension_of;
 use super::types::{Channel, Instance, Level, Quantity, Signal, Source};
@@ -117,7 +118,7 @@ fn sources_of(
     (sources, mistakes)
 }
 
-/// Warns of what goes nowhere: what is given from outside, and control elements.
+/// Warns of what changes nothing: what is given from outside and goes nowhere, control elements likewise, and forces that are zero.
 pub(super) fn warn_of_unused(scene: &Scene, channels: &[Channel], instances: &[Instance], found: &mut Vec<Diagnostic>) {
     let mut used = vec![false; scene.inputs.len()];
     let mut heard = vec![false; instances.len()];
@@ -125,7 +126,7 @@ pub(super) fn warn_of_unused(scene: &Scene, channels: &[Channel], instances: &[I
     {
         match quantity {
             Quantity::Given { input } => used[*input] = true,
-            Quantity::Value { element, .. } => heard[*element] = true,
+            Quantity::Value { element, .. } | Quantity::Load { element, .. } => heard[*element] = true,
             _ => {}
         }
     }
@@ -135,9 +136,26 @@ pub(super) fn warn_of_unused(scene: &Scene, channels: &[Channel], instances: &[I
     };
     // Where a signal is not understood, it may be the one that takes this.
     let wrong = found.iter().any(Diagnostic::is_error);
-    let idle = |instance: &Instance, heard: bool| !wrong && !heard && only_signals(instance);
-    for (instance, _) in instances.iter().zip(heard).filter(|(instance, heard)| idle(instance, *heard)) {
+    let mut zeros = Zeros::default();
+    // Who is asked for something may be there to measure it.
+    for (instance, _) in instances.iter().zip(heard).filter(|(_, heard)| !wrong && !heard) {
+        let is_zero = zeros.contains(instance);
+        if !is_zero && !only_signals(instance) {
+            continue;
+        }
         let Some(record) = scene.elements.iter().find(|record| record.name.value == instance.name) else { continue };
+        if is_zero {
+            let message = format!("the force `{}` is zero, whatever the motion", instance.name);
+            found.push(
+                Diagnostic::warning(codes::FORCE_OF_NOTHING, message)
+                    .at(record.name.span.clone(), "leaving it out changes nothing")
+                    .help(format!(
+                        "give it its law, coefficients or signal, or take it away; `odyn elements describe {}` has its parameters",
+                        instance.class.name
+                    )),
+            );
+            continue;
+        }
         let channel = instance.class.channels.first().map_or("output", |channel| channel.name.as_str());
         let message = format!("no element and no output takes a signal of `{}`", instance.name);
         found.push(

@@ -141,6 +141,18 @@ fn all_mistakes_are_found_at_once() {
 }
 
 #[test]
+fn a_force_that_is_zero_is_warned_of() {
+    let push = "type = \"push\"; bodies = [\"ground\", \"a\"]; params.factor = ";
+    assert_eq!(messages(&force(&format!("{push}3; inputs.signal = 1"))), []);
+    let zeros = [format!("{push}0; inputs.signal = 1"), format!("{push}3; inputs.signal = 0")];
+    for text in zeros.map(|keys| force(&keys)) {
+        assert_eq!(messages(&text), [(codes::FORCE_OF_NOTHING, Severity::Warning, "\"f\"".to_string())]);
+        let reported = "[[output]]\nname = \"F\"\nquantity = \"force\"\nof = \"f\"\non = \"a\"\ncomponent = \"x\"\n";
+        assert_eq!(messages(&(text + reported)), []);
+    }
+}
+
+#[test]
 fn a_control_element_is_no_force() {
     let text = with_body("") + "[[force]]\nname = \"c\"\ntype = \"amplifier\"\nbodies = []\n";
     let found = messages(&text);
