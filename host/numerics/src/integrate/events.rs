@@ -14,7 +14,8 @@
 //!
 //! Conditions are looked at at both ends of every step, accepted ones as well: stages may lie on one side, and an error estimate
 //! across a switch is small by chance (with DOP853 in a third of the runs of stops with random masses, which were off by 9 to 94
-//! tolerances then). They are looked at within a step where one may change there and back ([`super::enclosure`]). A wrong guess
+//! tolerances then). They are looked at within a step where one may change there and back ([`super::enclosure`]), and where a step
+//! begins just beyond a switch, so that its start tells of no side: where the condition is first counts then. A wrong guess
 //! costs a few steps. A jump of the right side at a tolerance of 1e-10 takes some 40 evaluations of the explicit method of order 8
 //! this way, instead of 500, and the result is more accurate (`tests/events.rs` of this room).
 
