@@ -267,7 +267,9 @@ impl Events {
         let (end, _) = self.enclosure.ahead(run, step.end, step.seen);
         let within = self.enclosure.examine(run, step)?;
         let found = within.or(self.turns.examine(run, step)?);
-        if found.is_some() || end < step.end {
+        // A switch that the step goes across is no more missed than by any other of its size.
+        let missed = found.is_some_and(|found| !matches!(found, Found::Changed(..)));
+        if missed || end < step.end {
             run.counters.missed += 1;
         }
         Ok(())
