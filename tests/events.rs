@@ -147,9 +147,7 @@ fn every_corner_of_a_characteristic_ends_a_step() {
     for method in ["dop853", "radau5", "radau9"] {
         for tolerance in [1e-5, 1e-6, 1e-7, 1e-8] {
             let sets = [format!("simulation.method={method:?}"), format!("simulation.tolerance={tolerance:e}")];
-            let report = open_text(&text, &sets.each_ref().map(String::as_str));
-            let report =
-                report.run(None, Box::new(|_| ()), &Default::default()).unwrap_or_else(|error| panic!("{error}"));
+            let report = crate::contacts::run(&text, &sets.each_ref().map(String::as_str));
             let [x, v] = ["x", "v"].map(|name| *column(&report, name).last().unwrap());
             let off = (x / start).abs().max((v / speed + 1.0).abs());
             println!("{method} {tolerance:e}: {off:e} {}", report.summary.evaluations);

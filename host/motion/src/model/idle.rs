@@ -197,23 +197,38 @@ impl Zeros {
 fn acts_with_nothing(recording: &Recording, signals: &[Source]) -> bool {
     let mut graph = Graph::default();
     graph.tables.clone_from(&recording.tables);
-    let mut nodes: Vec<Node> = Vec::with_capacity(recording.ops.len());
-    for (slot, raw) in recording.ops.iter().enumerate() {
-        let Some(op) = Op::decode(*raw) else { return false };
-        nodes.push(match op {
-            Op::Input(Input::Signal(k)) => match signals.get(k as usize) {
-                Some(Source::Constant(value)) => graph.constant(*value),
-                _ => graph.input(slot),
-            },
-            Op::Input(_) => graph.input(slot),
-            op => operation(&mut graph, recording, op, 0, |k| nodes[k as usize]),
-        });
-    }
+    let mut slots = 0;
+    let results = results(&mut graph, recording, 0, |graph, input| match input {
+        Input::Signal(k) if let Some(Source::Constant(value)) = signals.get(k as usize) => Some(graph.constant(*value)),
+        _ => {
+            slots += 1;
+            Some(graph.input(slots - 1))
+        }
+    });
     let zero = graph.constant(0.0);
-    recording.outputs.iter().all(|output| match output.role {
-        Role::Channel(_) | Role::Potential | Role::Dissipation | Role::Angle(_) => true,
-        _ => nodes[output.node as usize] == zero,
-    })
+    let is_nothing = |(role, node): (Role, Node)| {
+        node == zero || matches!(role, Role::Channel(_) | Role::Potential | Role::Dissipation | Role::Angle(_))
+    };
+    results.is_some_and(|results| results.into_iter().all(is_nothing))
+}
+
+/// What a recording gives, as nodes of a graph that has its tables from `first_table` on; `input` makes the nodes of inputs. `None` of a
+/// recording that cannot be read.
+fn results(
+    graph: &mut Graph,
+    recording: &Recording,
+    first_table: u32,
+    mut input: impl FnMut(&mut Graph, Input) -> Option<Node>,
+) -> Option<Vec<(Role, Node)>> {
+    let mut nodes: Vec<Node> = Vec::with_capacity(recording.ops.len());
+    for raw in &recording.ops {
+        let node = match Op::decode(*raw)? {
+            Op::Input(given) => input(graph, given)?,
+            op => operation(graph, recording, op, first_table, |k| nodes[k as usize]),
+        };
+        nodes.push(node);
+    }
+    Some(recording.outputs.iter().map(|output| (output.role, nodes[output.node as usize])).collect())
 }
 
 /// Recordings of a class in the form in which the same is the same: nodes of one graph, where signals that are not connected are the
@@ -240,21 +255,15 @@ impl Forms<'_> {
     }
 
     fn results(&mut self, recording: &Recording, first_table: u32) -> Option<Vec<(Role, Node)>> {
-        let mut nodes: Vec<Node> = Vec::with_capacity(recording.ops.len());
-        for raw in &recording.ops {
-            let node = match Op::decode(*raw)? {
-                Op::Input(Input::Signal(k)) if self.unconnected.get(k as usize) == Some(&true) => {
-                    self.graph.constant(self.class.inputs.get(k as usize)?.default?)
-                }
-                Op::Input(input) => {
-                    let next = self.slots.len();
-                    let slot = *self.slots.entry(input).or_insert(next);
-                    self.graph.input(slot)
-                }
-                op => operation(&mut self.graph, recording, op, first_table, |k| nodes[k as usize]),
-            };
-            nodes.push(node);
-        }
-        Some(recording.outputs.iter().map(|output| (output.role, nodes[output.node as usize])).collect())
+        let (class, unconnected, slots) = (self.class, self.unconnected, &mut self.slots);
+        results(&mut self.graph, recording, first_table, |graph, input| match input {
+            Input::Signal(k) if unconnected.get(k as usize) == Some(&true) => {
+                Some(graph.constant(class.inputs.get(k as usize)?.default?))
+            }
+            input => {
+                let next = slots.len();
+                Some(graph.input(*slots.entry(input).or_insert(next)))
+            }
+        })
     }
 }

@@ -139,33 +139,25 @@ pub(super) fn warn_of_unused(scene: &Scene, channels: &[Channel], instances: &[I
     let mut zeros = Zeros::default();
     // Who is asked for something may be there to measure it.
     for (instance, _) in instances.iter().zip(heard).filter(|(_, heard)| !wrong && !heard) {
-        let is_zero = zeros.contains(instance);
-        if !is_zero && !only_signals(instance) {
-            continue;
-        }
-        let Some(record) = scene.elements.iter().find(|record| record.name.value == instance.name) else { continue };
-        if is_zero {
-            let message = format!("the force `{}` is zero, whatever the motion", instance.name);
-            found.push(
-                Diagnostic::warning(codes::FORCE_OF_NOTHING, message)
-                    .at(record.name.span.clone(), "leaving it out changes nothing")
-                    .help(format!(
-                        "give it its law, coefficients or signal, or take it away; `odyn elements describe {}` has its parameters",
-                        instance.class.name
-                    )),
+        let (name, class) = (&instance.name, &instance.class);
+        let (code, message, text, help) = if zeros.contains(instance) {
+            let message = format!("the force `{name}` is zero, whatever the motion");
+            let help = format!(
+                "give it its law, coefficients or signal, or take it away; `odyn elements describe {}` has its parameters",
+                class.name
             );
+            (codes::FORCE_OF_NOTHING, message, "leaving it out changes nothing", help)
+        } else if only_signals(instance) {
+            let channel = class.channels.first().map_or("output", |channel| channel.name.as_str());
+            let message = format!("no element and no output takes a signal of `{name}`");
+            let help = format!("name it under `inputs` of an element, as `\"{name}.{channel}\"`, or take it away");
+            (codes::UNUSED_CONTROL, message, "it changes nothing", help)
+        } else {
             continue;
+        };
+        if let Some(record) = scene.elements.iter().find(|record| record.name.value == *name) {
+            found.push(Diagnostic::warning(code, message).at(record.name.span.clone(), text).help(help));
         }
-        let channel = instance.class.channels.first().map_or("output", |channel| channel.name.as_str());
-        let message = format!("no element and no output takes a signal of `{}`", instance.name);
-        found.push(
-            Diagnostic::warning(codes::UNUSED_CONTROL, message)
-                .at(record.name.span.clone(), "it changes nothing")
-                .help(format!(
-                    "name it under `inputs` of an element, as `\"{}.{channel}\"`, or take it away",
-                    instance.name
-                )),
-        );
     }
     for (input, _) in scene.inputs.iter().zip(used).filter(|(_, used)| !used) {
         let message = format!("no element and no output takes the input `{}`", input.name.value);
