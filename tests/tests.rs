@@ -122,6 +122,7 @@ mod joint_memory;
 mod judged;
 mod large;
 mod limit;
+mod locked;
 mod margins;
 mod masses;
 mod mechanisms;

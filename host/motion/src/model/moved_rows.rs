@@ -32,7 +32,7 @@ pub(super) fn check(scene: &Scene, instances: &[Instance], found: &mut Vec<Diagn
     for (joint, instance) in instances.iter().enumerate().filter(|(_, instance)| instance.is_joint_with_states()) {
         let mut states = Vec::new();
         for row in &instance.rows {
-            for input in inputs_of(instance, Role::Residual(*row as u32)).unwrap_or_default() {
+            for input in instance.inputs_of(Role::Residual(*row as u32)).unwrap_or_default() {
                 if let Input::State(k) = input {
                     states.push(k as usize);
                 }
@@ -76,7 +76,7 @@ fn forbidden(
     seen.push((result, depth));
     let (element, role) = result;
     let instance = &instances[element];
-    let Some(inputs) = inputs_of(instance, role) else {
+    let Some(inputs) = instance.inputs_of(role) else {
         return Some(format!("`{}`, of which is not known what it depends on", instance.name));
     };
     for input in inputs {
@@ -129,24 +129,27 @@ fn forbidden_quantity(
     }
 }
 
-/// The inputs that a result of an element depends on; `None`: not known.
-fn inputs_of(instance: &Instance, role: Role) -> Option<Vec<Input>> {
-    if instance.class.opaque {
-        return None;
-    }
-    let recording = &instance.recording;
-    let Some(wanted) = recording.output(role) else { return Some(Vec::new()) };
-    let mut needed = vec![false; wanted as usize + 1];
-    needed[wanted as usize] = true;
-    let mut inputs = Vec::new();
-    for k in (0..=wanted as usize).rev() {
-        if !needed[k] {
-            continue;
+impl Instance {
+    /// The inputs that a result depends on; `None`: not known.
+    #[must_use]
+    pub fn inputs_of(&self, role: Role) -> Option<Vec<Input>> {
+        if self.class.opaque {
+            return None;
         }
-        match Op::decode(recording.ops[k])? {
-            Op::Input(input) => inputs.push(input),
-            op => op.operands().for_each(|a| needed[a as usize] = true),
+        let recording = &self.recording;
+        let Some(wanted) = recording.output(role) else { return Some(Vec::new()) };
+        let mut needed = vec![false; wanted as usize + 1];
+        needed[wanted as usize] = true;
+        let mut inputs = Vec::new();
+        for k in (0..=wanted as usize).rev() {
+            if !needed[k] {
+                continue;
+            }
+            match Op::decode(recording.ops[k])? {
+                Op::Input(input) => inputs.push(input),
+                op => op.operands().for_each(|a| needed[a as usize] = true),
+            }
         }
+        Some(inputs)
     }
-    Some(inputs)
 }

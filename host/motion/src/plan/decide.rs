@@ -3,6 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::layout::Layout;
+use super::locked::{Locked, locked};
 use super::topology::Topology;
 use super::undetermined::{NullLoads, Undetermined, undetermined};
 use crate::linalg::{
@@ -100,6 +101,8 @@ pub struct Plan {
     pub always_rank_safe: Option<String>,
     /// Pivot ratio of the sparse engine with those rows; zero where it has none.
     pub sparse_health: f64,
+    /// Closed loops that cannot move.
+    pub locked: Vec<Locked>,
 }
 
 impl Plan {
@@ -138,7 +141,7 @@ impl Plan {
             },
             None => Rank::find(layout, probe)?.among(probe.rows),
         };
-        let redundant_rows = dependent_rows
+        let redundant_rows: Vec<RedundantRow> = dependent_rows
             .into_iter()
             .map(|row| {
                 let (element, k) = layout.element_of_row(row);
@@ -157,10 +160,12 @@ impl Plan {
             (None, Ok(found)) => Some(close_to_dependent(found.smallest_pivot_ratio, independence)),
             (None, Err(error)) => Some(error.to_string()),
         };
+        let locked = if tree { Vec::new() } else { locked(model, layout, probe, &redundant_rows) };
         Ok(Self {
             layout: layout.clone(),
             rows: probe.rows.to_vec(),
             topology,
+            locked,
             independent_rows,
             redundant_rows,
             // The three rotations of a particle are none. Joints that hold them all the same fail later, with a name.

@@ -330,3 +330,53 @@ fn a_frame_at_the_centre_of_mass_up_to_round_off_is_no_arm() {
         assert_eq!(body_scales(&held("-1.1000000000000012"), length), body_scales(&held("-1.1"), length));
     }
 }
+
+/// A four-bar of hinges about y, but the third about this axis.
+fn four_bar(third: [f64; 3]) -> String {
+    let places = [[0.0, 0.0, 0.0], [0.0, 0.0, 1.0], [2.0, 0.0, 2.0], [2.0, 0.0, 0.0]];
+    let bars = ["ground", "crank", "coupler", "rocker", "ground"];
+    let bodies: String = bars[1..4].iter().map(|name| body(name)).collect();
+    let hinge = |k: usize| {
+        let axis = if k == 2 { third } else { [0.0, 1.0, 0.0] };
+        element("joint", &format!("hinge{k}"), "hinge", [bars[k], bars[k + 1]], places[k])
+            .replace("[0, 0, 1]", &format!("{axis:?}"))
+    };
+    bodies + &(0..4).map(hinge).collect::<String>()
+}
+
+#[test]
+fn a_loop_whose_axes_are_not_parallel_is_locked_by_the_one_that_is_off() {
+    for angle in [1e-7_f64, 1e-5, 1e-3, 0.1] {
+        let plan = prepared(&four_bar([angle.sin(), angle.cos(), 0.0])).plan;
+        assert_eq!(plan.mobility, 0);
+        let [Locked { joints, askew: Some(askew) }] = &plan.locked[..] else { panic!("{:?}", plan.locked) };
+        assert_eq!((&joints[..], askew.joint, askew.slides), (&[0, 1, 2, 3][..], 2, false));
+        assert!((askew.angle - angle).abs() < 1e-9, "{angle}: {askew:?}");
+    }
+    // Where it is far off, none is nearly in line with the others.
+    assert_eq!(prepared(&four_bar([0.0, 0.0, 1.0])).plan.locked, [Locked { joints: vec![0, 1, 2, 3], askew: None }]);
+    assert_eq!(prepared(&four_bar([0.0, 1.0, 0.0])).plan.locked, []);
+    assert_eq!(prepared(&four_bar([0.0, -1.0, 1e-12])).plan.locked, []);
+}
+
+#[test]
+fn a_locked_loop_is_found_beside_joints_that_move() {
+    // A free link in front of the loop, and one behind it.
+    let text = four_bar([0.0, 1.0, 1e-4]).replace("\"ground\"", "\"carrier\"");
+    let text = body("carrier")
+        + &body("tail")
+        + &text
+        + &element("joint", "front", "hinge", ["ground", "carrier"], [0.0; 3])
+        + &element("joint", "behind", "hinge", ["rocker", "tail"], [0.5, 0.0, 0.0]);
+    let plan = prepared(&text).plan;
+    assert_eq!(plan.mobility, 2);
+    assert_eq!(plan.locked.len(), 1);
+    assert_eq!((&plan.locked[0].joints[..], plan.locked[0].askew.unwrap().joint), (&[0, 1, 2, 3][..], 2));
+}
+
+#[test]
+fn what_holds_a_body_just_enough_is_no_locked_loop() {
+    for bearings in [&[("ball", 0.0), ("ball", 1.0)][..], &[("hinge", 0.0), ("hinge", 2.0)], &[("hinge", 0.0)]] {
+        assert_eq!(door(bearings).plan.locked, []);
+    }
+}

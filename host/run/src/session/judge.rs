@@ -303,6 +303,10 @@ impl Session {
                  velocities are turned without the impact that this would be, and examine the elements (`odyn plugin check`)"
             }
             true => "; if nothing changes it, examine the elements (`odyn plugin check`)",
+            false if !self.plan.redundant_rows.is_empty() => {
+                "; if nothing changes it, rows that follow from others (`odyn check`) do so at the start only: axes of a planar mechanism \
+                 must be parallel to nine digits, and sides of a parallelogram as equal"
+            }
             false => "",
         };
         if self.has_fixed_steps() {

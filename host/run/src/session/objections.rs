@@ -5,7 +5,7 @@ use super::options::tolerance;
 use crate::analysis::{Assembly, AssemblyError, Gap, Move};
 use crate::diagnostics::{Diagnostic, codes};
 use crate::model::Model;
-use crate::plan::{Layout, Plan, Undetermined};
+use crate::plan::{Askew, Layout, Locked, Plan, Undetermined};
 use crate::program::Equations;
 use crate::results::significant;
 use crate::scene::{Dimension, ElementKind, ElementRecord, Placement, Scene};
@@ -101,7 +101,7 @@ fn contradiction(rows: &[(String, f64)], scene: &Scene) -> SessionError {
     }
     let diagnostic = diagnostic
         .help("at this position, what is driven cannot move as it is prescribed without breaking another joint")
-        .help("take one of them away, or drive what the others leave free");
+        .help("take one of them away, or drive what the others leave free; axes of a planar mechanism must be parallel to nine digits");
     SessionError::one(&scene.source, diagnostic)
 }
 
@@ -283,6 +283,41 @@ pub(super) fn reaction_warnings(plan: &Plan, model: &Model, scene: &Scene) -> Ve
             .help("`odyn check` lists the redundant rows: free them with less restrictive joints")
     };
     plan.undetermined.iter().map(warning).collect()
+}
+
+/// Closed loops that cannot move, at the joint that is out of line.
+pub(super) fn locked_warnings(plan: &Plan, model: &Model, scene: &Scene) -> Vec<Diagnostic> {
+    let name = |joint: usize| format!("`{}`", model.elements[joint].name);
+    let place = |joint: usize| {
+        let record = scene.elements.iter().find(|record| record.name.value == model.elements[joint].name);
+        record.map_or(0..0, |record| record.name.span.clone())
+    };
+    let (unit, label) = (scene.units.factor(Dimension::ANGLE), scene.units.label(Dimension::ANGLE));
+    let warning = |locked: &Locked| {
+        let names: Vec<String> = locked.joints.iter().take(MOST_JOINTS).map(|joint| name(*joint)).collect();
+        let more = match locked.joints.len().saturating_sub(MOST_JOINTS) {
+            0 => String::new(),
+            more => format!(", and {more} more"),
+        };
+        let message = format!("the closed loop of {}{more} cannot move: its joints lock each other", names.join(", "));
+        let diagnostic = Diagnostic::warning(codes::LOCKED_LOOP, message);
+        let Some(Askew { joint, other, slides, angle }) = locked.askew else {
+            let first = locked.joints.first().map_or(0..0, |joint| place(*joint));
+            return diagnostic
+                .at(first, "together they leave no freedom")
+                .help("check the axes and points of these joints; leave it if it is meant as a structure");
+        };
+        let (angle, other) = (format!("{} {label}", significant(angle / unit, 3)), name(other));
+        let text = match slides {
+            false => format!("its axis is {angle} off that of {other}"),
+            true => format!("it slides {angle} off the plane that the axis of {other} is normal to"),
+        };
+        diagnostic
+            .at(place(joint), text)
+            .help("axes of a planar mechanism must be parallel to nine digits: give all of them the same `axis`, or use joints that hold less, such as `cylindrical` and `spherical`")
+            .help("leave it if it is meant as a structure")
+    };
+    plan.locked.iter().map(warning).collect()
 }
 
 /// Where a body's name is written.
