@@ -85,6 +85,7 @@ fn describe<T: Element>(kind: Kind, channels: &[ChannelSpec], states: &[ChannelS
         values: Vec::new(),
         catalog: T::CATALOG.into(),
         report: T::REPORT.into(),
+        parallel_axes: T::PARALLEL_AXES.to_vec(),
     }
 }
 

@@ -150,6 +150,9 @@ pub struct Descriptor {
     /// Values that a joint reports besides its coordinates. Contract 1.2.
     #[serde(default)]
     pub values: Vec<Named>,
+    /// Pairs of frames, by number, whose z axes joints must keep parallel. Contract 1.2.
+    #[serde(default)]
+    pub parallel_axes: Vec<[usize; 2]>,
 }
 
 impl Descriptor {
@@ -172,9 +175,13 @@ impl Descriptor {
             ("checks", self.checks.len()),
             ("unknowns", self.unknowns.len()),
             ("values", self.values.len()),
+            ("pairs of parallel axes", self.parallel_axes.len()),
         ];
         if self.opaque && !self.checks.is_empty() {
             return Err(format!("`{}` is opaque and declares checks, which only recorded elements have", self.name));
+        }
+        if self.parallel_axes.iter().flatten().any(|frame| *frame >= self.frames.len()) {
+            return Err(format!("`{}` declares parallel axes of frames that it does not have", self.name));
         }
         match sizes.iter().find(|(_, count)| *count > MOST) {
             Some((what, count)) => Err(format!("`{}` declares {count} {what}; at most {MOST}", self.name)),

@@ -116,6 +116,7 @@ fn descriptor(params: Vec<ParamSpec>, inputs: Vec<NamedInput>, channels: Vec<Nam
         checks: Vec::new(),
         catalog: String::new(),
         report: String::new(),
+        parallel_axes: Vec::new(),
         unknowns: Vec::new(),
         values: Vec::new(),
     }

@@ -93,6 +93,7 @@ impl Element for RotationalActuator {
         FrameSpec::new("i", "on the first body (stator); its z axis is the axis of rotation"),
         FrameSpec::new("j", "on the second body (rotor); its z axis is kept parallel by a joint"),
     ];
+    const PARALLEL_AXES: &'static [[usize; 2]] = &[[0, 1]];
     const ANGLES: usize = 1;
     type Parameters = RotationalActuatorParameters;
 

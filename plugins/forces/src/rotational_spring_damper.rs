@@ -100,6 +100,7 @@ impl Element for RotationalSpringDamper {
         FrameSpec::new("i", "on the first body; its z axis is the axis of rotation"),
         FrameSpec::new("j", "on the second body; its z axis is kept parallel by a joint"),
     ];
+    const PARALLEL_AXES: &'static [[usize; 2]] = &[[0, 1]];
     const ANGLES: usize = 1;
     type Parameters = RotationalSpringDamperParameters;
 

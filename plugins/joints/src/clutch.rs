@@ -107,6 +107,7 @@ impl Element for Clutch {
         FrameSpec::new("i", "on the first body; its z axis is the axis of rotation"),
         FrameSpec::new("j", "on the second body"),
     ];
+    const PARALLEL_AXES: &'static [[usize; 2]] = &[[0, 1]];
     type Parameters = ClutchParameters;
 
     fn new(p: Self::Parameters) -> Result<Self, ParamError> {

@@ -95,6 +95,7 @@ impl Element for Freewheel {
         FrameSpec::new("i", "on the driving body; its z axis is the axis of rotation"),
         FrameSpec::new("j", "on the body that may be faster about it"),
     ];
+    const PARALLEL_AXES: &'static [[usize; 2]] = &[[0, 1]];
     type Parameters = NoParameters;
 
     fn new(_: NoParameters) -> Result<Self, ParamError> {

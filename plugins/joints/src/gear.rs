@@ -127,6 +127,7 @@ impl Element for Gear {
         FrameSpec::new("carrier_2", "on the body that carries the second wheel; its z axis is that of the bearing"),
         FrameSpec::new("gear_2", "on the second wheel; on the frame before at the start"),
     ];
+    const PARALLEL_AXES: &'static [[usize; 2]] = &[[0, 1], [2, 3]];
     const ANGLES: usize = 1;
     type Parameters = GearParameters;
 

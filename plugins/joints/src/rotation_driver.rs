@@ -82,6 +82,7 @@ impl Element for RotationDriver {
     const SUMMARY: &'static str = "turns a body about a joint axis by a given function of time";
     const DOC: &'static str = doc_of(include_str!("rotation_driver.rs"));
     const FRAMES: &'static [FrameSpec] = crate::FRAMES;
+    const PARALLEL_AXES: &'static [[usize; 2]] = &[[0, 1]];
     type Parameters = RotationDriverParameters;
 
     fn new(p: Self::Parameters) -> Result<Self, ParamError> {

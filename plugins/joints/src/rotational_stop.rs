@@ -91,6 +91,7 @@ impl Element for RotationalStop {
     const EXEMPT: &'static [(&'static str, &'static str)] =
         &[("free-motion", "its two rows are two ends, which are never both met")];
     const FRAMES: &'static [FrameSpec] = crate::FRAMES;
+    const PARALLEL_AXES: &'static [[usize; 2]] = &[[0, 1]];
     const ANGLES: usize = 1;
     type Parameters = RotationalStopParameters;
 

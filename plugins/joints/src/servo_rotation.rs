@@ -107,6 +107,7 @@ impl Element for ServoRotation {
     const SUMMARY: &'static str = "turns a body about a joint axis after a demand, as a system of second order";
     const DOC: &'static str = doc_of(include_str!("servo_rotation.rs"));
     const FRAMES: &'static [FrameSpec] = crate::FRAMES;
+    const PARALLEL_AXES: &'static [[usize; 2]] = &[[0, 1]];
     const ANGLES: usize = 1;
     type Parameters = ServoRotationParameters;
 

@@ -109,6 +109,7 @@ impl Element for StepperRotation {
     const SUMMARY: &'static str = "turns a body about a joint axis after a demand, in whole steps";
     const DOC: &'static str = doc_of(include_str!("stepper_rotation.rs"));
     const FRAMES: &'static [FrameSpec] = crate::FRAMES;
+    const PARALLEL_AXES: &'static [[usize; 2]] = &[[0, 1]];
     const ANGLES: usize = 1;
     type Parameters = StepperRotationParameters;
 

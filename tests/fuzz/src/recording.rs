@@ -134,6 +134,7 @@ fn descriptor(bytes: &mut Bytes<'_>) -> Descriptor {
         checks: Vec::new(),
         catalog: String::new(),
         report: String::new(),
+        parallel_axes: Vec::new(),
         unknowns: Vec::new(),
         values: Vec::new(),
         more_frames: None,

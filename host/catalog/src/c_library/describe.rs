@@ -157,6 +157,7 @@ pub unsafe fn describe(element: &table::Element) -> Result<Descriptor, String> {
         catalog: unsafe { optional(element.catalog, "catalog") }.map_err(inside)?.unwrap_or_default(),
         // SAFETY: as above.
         report: unsafe { optional(element.report, "report") }.map_err(inside)?.unwrap_or_default(),
+        parallel_axes: Vec::new(),
         name: name.clone(),
     })
 }

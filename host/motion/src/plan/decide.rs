@@ -2,6 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
+use super::axes::{Crosswise, crosswise};
 use super::layout::Layout;
 use super::locked::{Locked, locked};
 use super::topology::Topology;
@@ -103,6 +104,8 @@ pub struct Plan {
     pub sparse_health: f64,
     /// Closed loops that cannot move.
     pub locked: Vec<Locked>,
+    /// Elements whose axes do not stay parallel.
+    pub crosswise: Vec<Crosswise>,
 }
 
 impl Plan {
@@ -166,6 +169,7 @@ impl Plan {
             rows: probe.rows.to_vec(),
             topology,
             locked,
+            crosswise: crosswise(model, layout, probe),
             independent_rows,
             redundant_rows,
             // The three rotations of a particle are none. Joints that hold them all the same fail later, with a name.

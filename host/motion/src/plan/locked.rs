@@ -3,15 +3,12 @@
 //! Four hinges in a loop move if their axes are parallel, and hold each other fast if one of them is off by the last digits that
 //! somebody typed. Both are answers; the second is seldom what was meant.
 
-use std::ops::Range;
-
 use element_api::Kind;
 use element_api::recording::{Input, Role};
-use nalgebra::{DMatrix, Matrix3, Vector3};
 
+use super::axes::{Directions, directions};
 use super::decide::{Probe, RedundantRow};
 use super::layout::Layout;
-use crate::linalg::SingularValues;
 use crate::model::{Instance, Model};
 
 /// Directions nearer than this to parallel, or to perpendicular, may have been meant to be so, rad.
@@ -20,8 +17,6 @@ const NEARLY: f64 = 0.2;
 const EXACTLY: f64 = 1e-9;
 /// Rows of a joint that leaves two freedoms; those that leave more are found in structures as well.
 const GUIDING: usize = 4;
-/// Share of the largest part of a freedom below which another part is round-off.
-const NOTHING: f64 = 1e-9;
 
 /// Joints of closed loops that each leave some freedom, and none together.
 #[derive(Debug, Clone, PartialEq)]
@@ -156,18 +151,9 @@ fn components(nodes: usize, edges: &[(usize, [usize; 2])]) -> Vec<Vec<usize>> {
     found
 }
 
-/// The directions in which a joint leaves its bodies free, ground axes.
-struct Directions {
-    joint: usize,
-    /// The one axis that it turns about.
-    axis: Option<Vector3<f64>>,
-    /// The one direction that it slides in without turning.
-    slide: Option<Vector3<f64>>,
-}
-
 /// The joint with the most directions that nearly fit others, with the smallest of these angles.
 fn askew(model: &Model, layout: &Layout, probe: &Probe<'_>, joints: &[usize]) -> Option<Askew> {
-    let of = |joint: &usize| directions(model, layout.rows_of(*joint), probe, *joint);
+    let of = |joint: &usize| directions(model, layout, probe, *joint);
     let all: Vec<Directions> = joints.iter().filter_map(of).collect();
     let nearly = |angle: f64| (EXACTLY..NEARLY).contains(&angle).then_some(angle);
     let misfits = |one: &Directions| -> Vec<Askew> {
@@ -183,32 +169,4 @@ fn askew(model: &Model, layout: &Layout, probe: &Probe<'_>, joints: &[usize]) ->
     };
     let most = all.iter().map(misfits).max_by_key(Vec::len)?;
     most.into_iter().min_by(|a, b| a.angle.total_cmp(&b.angle))
-}
-
-/// From the motions of one of its bodies that its rows allow while the others stand still.
-fn directions(model: &Model, rows: Range<usize>, probe: &Probe<'_>, joint: usize) -> Option<Directions> {
-    let markers = &model.elements[joint].markers;
-    let body = markers.iter().rev().find_map(|marker| marker.body).filter(|_| markers.len() == 2)?;
-    let pattern = &probe.structure.jacobian;
-    let before = |row: usize| pattern.partition_point(|(k, _)| probe.rows[*k] < row);
-    let entries = before(rows.start)..before(rows.end);
-    let mut matrix = DMatrix::zeros(rows.len(), 6);
-    for ((row, column), value) in pattern[entries.clone()].iter().zip(&probe.jacobian[entries]) {
-        if column / 6 == body {
-            // Lengths in those of the scene, so that all rows are of one size.
-            let (row, column) = (probe.rows[*row] - rows.start, column % 6);
-            matrix[(row, column)] = if column < 3 { *value } else { *value / probe.length };
-        }
-    }
-    for mut row in matrix.row_iter_mut() {
-        let size = row.norm();
-        row.unscale_mut(if size > 0.0 { size } else { 1.0 });
-    }
-    let free = SingularValues::of(&matrix)?.null_space(NOTHING);
-    let turns = SingularValues::of(&free.rows(3, 3).into_owned())?;
-    let rotation: &Matrix3<f64> = &probe.rotations[body];
-    let axis = (turns.rank(NOTHING) == 1).then(|| rotation * turns.left().fixed_view::<3, 1>(0, 0));
-    let slides = SingularValues::of(&(free.rows(0, 3) * turns.null_space(NOTHING)))?;
-    let slide = (slides.rank(NOTHING) == 1).then(|| slides.left().fixed_view::<3, 1>(0, 0).into_owned());
-    Some(Directions { joint, axis, slide })
 }

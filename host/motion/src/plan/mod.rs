@@ -6,6 +6,7 @@
 //! - **May touch**: linear algebra for ranks.
 //! - **Must not know**: integrators, values of the coordinates at run time, how the Jacobian was computed.
 
+mod axes;
 mod coordinates;
 mod decide;
 mod glyph;
@@ -19,6 +20,7 @@ mod undetermined;
 #[cfg(test)]
 mod tests;
 
+pub use axes::Crosswise;
 pub use coordinates::{Coordinates, Line, Measure, Rotation, body_scales};
 pub use decide::{Plan, Probe, Reaction, RedundantRow, close_to_dependent, poses_of_bodies};
 pub use glyph::Place;

@@ -5,7 +5,7 @@ use super::options::tolerance;
 use crate::analysis::{Assembly, AssemblyError, Gap, Move};
 use crate::diagnostics::{Diagnostic, codes};
 use crate::model::Model;
-use crate::plan::{Askew, Layout, Locked, Plan, Undetermined};
+use crate::plan::{Askew, Crosswise, Layout, Locked, Plan, Undetermined};
 use crate::program::Equations;
 use crate::results::significant;
 use crate::scene::{Dimension, ElementKind, ElementRecord, Placement, Scene};
@@ -318,6 +318,28 @@ pub(super) fn locked_warnings(plan: &Plan, model: &Model, scene: &Scene) -> Vec<
             .help("leave it if it is meant as a structure")
     };
     plan.locked.iter().map(warning).collect()
+}
+
+/// Elements that turn about axes which joints do not keep parallel.
+pub(super) fn crosswise_warnings(plan: &Plan, model: &Model, scene: &Scene) -> Vec<Diagnostic> {
+    let (unit, label) = (scene.units.factor(Dimension::ANGLE), scene.units.label(Dimension::ANGLE));
+    let warning = |one: &Crosswise| {
+        let element = &model.elements[one.element];
+        let [first, second] = one.frames.map(|frame| &element.class.frames[frame].name);
+        let record = scene.elements.iter().find(|record| record.name.value == element.name);
+        let angle = format!("{} {label}", significant(one.angle / unit, 3));
+        let message = format!("`{}` acts about an axis that its bodies do not turn about", element.name);
+        let text = match one.joint {
+            Some(joint) => {
+                format!("the z axis of its frame `{first}` is {angle} off the axis of `{}`", model.elements[joint].name)
+            }
+            None => format!("the z axes of its frames `{first}` and `{second}` are {angle} apart"),
+        };
+        Diagnostic::warning(codes::CROSSWISE, message)
+            .at(record.map_or(0..0, |record| record.name.span.clone()), text)
+            .help("give it the `axis` of the joint; without one, its axis is z of the ground")
+    };
+    plan.crosswise.iter().map(warning).collect()
 }
 
 /// Where a body's name is written.

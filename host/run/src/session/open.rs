@@ -9,8 +9,8 @@ use super::error::SessionError;
 use super::libraries::load_libraries;
 use super::modes::blind;
 use super::objections::{
-    assembly_error, assembly_warnings, distance_warning, locked_warnings, reaction_warnings, refuse_solved_limit,
-    time_warning,
+    assembly_error, assembly_warnings, crosswise_warnings, distance_warning, locked_warnings, reaction_warnings,
+    refuse_solved_limit, time_warning,
 };
 use super::opened::{Beginning, Session};
 use super::options::{ISLANDS, RunOptions, STARTS, one_of};
@@ -205,6 +205,7 @@ impl Session {
         let plan = there.unwrap_or(at_start);
         let determined = is_determined(&scene, &model, &equations, &plan, pruning);
         warnings.extend(locked_warnings(&plan, &model, &scene));
+        warnings.extend(crosswise_warnings(&plan, &model, &scene));
         warnings.extend(reaction_warnings(&plan, &model, &scene));
         let mut session = Self {
             warnings,

@@ -118,6 +118,7 @@ fn element(name: &str) -> Element {
         checks: Vec::new(),
         catalog: String::new(),
         report: String::new(),
+        parallel_axes: Vec::new(),
         unknowns: Vec::new(),
         values: Vec::new(),
         more_frames: None,

@@ -1,0 +1,124 @@
+//! Axes out of line: closed loops that lock, a drive that strains them, elements that act about another axis than their joint.
+
+use odyn::diagnostics::codes;
+use odyn::results::Status;
+use odyn::session::Session;
+
+use crate::support::open_text;
+
+/// A slider-crank in the plane y = 0 with these axes of its hinges and this direction of its slider, and what follows.
+fn slider_crank(axes: [[f64; 3]; 3], direction: [f64; 3], more: &str) -> Session {
+    let mut text = "[plugins]\nlibraries = [\"odyn-joints\"]\n[units]\nangle = \"deg\"\n\
+                    [simulation]\ngravity = [0, 0, -9.81]\nt_end = 0.2\noutput_step = 0.1\n"
+        .to_owned();
+    for (name, position) in [("crank", [0.1, 0.0, 0.1]), ("rod", [0.6, 0.0, 0.1]), ("piston", [1.0, 0.0, 0.0])] {
+        text += &format!("[[body]]\nname = \"{name}\"\nmass = 1\ninertia = [0.1, 0.1, 0.1]\nposition = {position:?}\n");
+    }
+    let mut joint = |name: &str, kind: &str, bodies: [&str; 2], point: [f64; 3], axis: [f64; 3]| {
+        text += &format!(
+            "[[joint]]\nname = \"{name}\"\ntype = \"{kind}\"\nbodies = {bodies:?}\npoint = {point:?}\naxis = {axis:?}\n"
+        );
+    };
+    joint("main", "revolute", ["ground", "crank"], [0.0; 3], axes[0]);
+    joint("pin", "revolute", ["crank", "rod"], [0.2, 0.0, 0.2], axes[1]);
+    joint("gudgeon", "revolute", ["rod", "piston"], [1.0, 0.0, 0.0], axes[2]);
+    joint("guide", "translational", ["ground", "piston"], [1.0, 0.0, 0.0], direction);
+    open_text(&(text + more), &[])
+}
+
+/// What is said of locked loops: the text at the joint that is marked.
+fn said(session: &Session) -> Vec<String> {
+    let found = session.warnings.iter().filter(|warning| warning.code == codes::LOCKED_LOOP);
+    found.map(|warning| format!("{warning:?}")).collect()
+}
+
+const Y: [f64; 3] = [0.0, 1.0, 0.0];
+const X: [f64; 3] = [1.0, 0.0, 0.0];
+
+#[test]
+fn a_slider_crank_that_is_out_of_its_plane_is_warned_of() {
+    for angle in [0.05_f64, 3.0] {
+        let (s, c) = angle.to_radians().sin_cos();
+        let slider = said(&slider_crank([Y; 3], [c, s, 0.0], ""));
+        assert_eq!(slider.len(), 1);
+        let off = format!("it slides {angle} deg off the plane that the axis of `main` is normal to");
+        assert!(slider[0].contains(&off), "{slider:?}");
+        let pin = said(&slider_crank([Y, [s, c, 0.0], Y], X, ""));
+        assert_eq!(pin.len(), 1);
+        assert!(pin[0].contains(&format!("its axis is {angle} deg off that of `main`")), "{pin:?}");
+    }
+    assert_eq!(said(&slider_crank([Y; 3], X, "")), Vec::<String>::new());
+    assert_eq!(said(&slider_crank([Y, [0.0, -2.0, 0.0], Y], [-3.0, 0.0, 0.0], "")), Vec::<String>::new());
+}
+
+#[test]
+fn a_drive_that_strains_rows_taken_for_redundant_is_suspect_with_the_cause() {
+    let drive = "[[joint]]\nname = \"drive\"\ntype = \"rotation-driver\"\nbodies = [\"ground\", \"crank\"]\naxis = [0, 1, 0]\n\
+                 params.angle = \"2*t\"\n";
+    let run = |session: Session| {
+        session.run(None, Box::new(|_| ()), &Default::default()).unwrap_or_else(|error| panic!("{error}")).summary
+    };
+    let strained = run(slider_crank([Y, [1e-6, 1.0, 0.0], Y], X, drive));
+    assert_eq!(strained.status, Status::Suspect);
+    assert!(strained.reason.contains("axes of a planar mechanism must be parallel"), "{}", strained.reason);
+    assert_eq!(run(slider_crank([Y; 3], X, drive)).status, Status::Completed);
+}
+
+/// An arm on a hinge about x and a wheel that turns about it, with one more element.
+fn arm(element: &str) -> Session {
+    let text = "[plugins]\nlibraries = [\"odyn-joints\", \"odyn-forces\"]\n[simulation]\nt_end = 0.1\noutput_step = 0.1\n\
+        [[body]]\nname = \"arm\"\nmass = 1\ninertia = [0.1, 0.1, 0.1]\nposition = [0, 0.3, 0]\n\
+        [[body]]\nname = \"wheel\"\nmass = 1\ninertia = [0.1, 0.1, 0.1]\nposition = [0, 0.6, 0]\n\
+        [[joint]]\nname = \"hinge\"\ntype = \"revolute\"\nbodies = [\"ground\", \"arm\"]\npoint = [0, 0, 0]\naxis = [1, 0, 0]\n\
+        [[joint]]\nname = \"bearing\"\ntype = \"revolute\"\nbodies = [\"arm\", \"wheel\"]\npoint = [0, 0.6, 0]\naxis = [1, 0, 0]\n";
+    open_text(&format!("{text}{element}"), &[])
+}
+
+#[test]
+fn what_acts_about_another_axis_than_its_joint_is_warned_of() {
+    let crosswise = |session: &Session| {
+        let found = session.warnings.iter().filter(|warning| warning.code == codes::CROSSWISE);
+        found.map(|warning| format!("{warning:?}")).collect::<Vec<_>>()
+    };
+    let elements = [
+        ("force", "rotational-spring-damper", "params.stiffness = 2"),
+        ("force", "rotational-actuator", "params.of_time = \"1\""),
+        ("force", "rotational-inerter", "params.inertance = 2"),
+        ("force", "rotational-bump-stop", "params = { upper = 1, torque = 1, depth = 0.1 }"),
+        ("joint", "rotational-stop", "params = { upper = 1 }"),
+        ("joint", "freewheel", ""),
+    ];
+    for (table, kind, parameters) in elements {
+        let element = |axis: &str| {
+            arm(&format!(
+                "[[{table}]]\nname = \"it\"\ntype = \"{kind}\"\nbodies = [\"ground\", \"arm\"]\npoint = [0, 0, 0]\n{axis}{parameters}\n"
+            ))
+        };
+        for axis in ["axis = [1, 0, 0]\n", "axis = [-2, 0, 0]\n"] {
+            assert_eq!(crosswise(&element(axis)), Vec::<String>::new(), "{kind}");
+        }
+        for (axis, angle) in [("", "1.57"), ("axis = [1, 0, 0.001]\n", "0.001")] {
+            let found = crosswise(&element(axis));
+            let off = format!("is {angle} rad off the axis of `hinge`");
+            assert!(found.len() == 1 && found[0].contains(&off), "{kind}: {found:?}");
+        }
+    }
+    // Between bodies that several joints separate, only frames that are not parallel at the start are certain to be wrong.
+    let far = |axes: &str| {
+        arm(&format!(
+            "[[force]]\nname = \"it\"\ntype = \"rotational-spring-damper\"\nbodies = [\"ground\", \"wheel\"]\nparams.stiffness = 2\n{axes}"
+        ))
+    };
+    assert_eq!(crosswise(&far("axis = [1, 0, 0]\n")), Vec::<String>::new());
+    let found = crosswise(&far("frames = [{}, { axis = [0, 1, 1] }]\n"));
+    assert!(found.len() == 1 && found[0].contains("of its frames `i` and `j` are 0.785 rad apart"), "{found:?}");
+    let mesh = |second: &str| {
+        let bodies = "bodies = [\"ground\", \"arm\", \"arm\", \"wheel\"]";
+        arm(&format!(
+            "[[joint]]\nname = \"mesh\"\ntype = \"gear\"\n{bodies}\naxes = [[1, 0, 0], [1, 0, 0], {second}, {second}]\nparams = {{ teeth_1 = 20, teeth_2 = 40 }}\n"
+        ))
+    };
+    assert_eq!(crosswise(&mesh("[1, 0, 0]")), Vec::<String>::new());
+    let found = crosswise(&mesh("[0, 0, 1]"));
+    assert!(found.len() == 1 && found[0].contains("`carrier_2` is 1.57 rad off the axis of `bearing`"), "{found:?}");
+}
