@@ -12,6 +12,7 @@
 //! | `bodies.rs` | masses and inertias, fixed bodies |
 //! | `elements.rs` | markers, creation and recording of elements |
 //! | `fmus.rs` | FMUs among the elements: a class for each file |
+//! | `behind.rs` | what results of elements are made of |
 //! | `inertia.rs` | kinetic energies that elements bring |
 //! | `catalogue.rs` | rows of recommended parameters that libraries bring along |
 //! | `parameters.rs` | parameters against their descriptions |
@@ -24,6 +25,7 @@
 //! | `picture.rs` | what a picture of the motion is made of |
 //! | `schema.rs` | what elements add to the JSON schema of scenes |
 
+mod behind;
 mod bodies;
 mod catalogue;
 mod channels;
@@ -51,6 +53,7 @@ use crate::catalog::Catalog;
 use crate::diagnostics::{Diagnostic, codes};
 use crate::scene::Scene;
 
+pub use behind::{conditions, operations_behind};
 pub use catalogue::Catalogue;
 pub(crate) use inertia::NO_ARM;
 pub use inertia::{FramePose, flexible_diagonals, loads_along, mass_at};

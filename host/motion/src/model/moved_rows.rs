@@ -4,7 +4,7 @@
 //! which the equations do not look for there, and where f jumps velocities would jump. So f may depend on positions, time and
 //! states; the rates of states behind it may depend on velocities and jump, but not on what is solved for with the accelerations.
 
-use element_api::recording::{Input, Op, Role};
+use element_api::recording::{Input, Role};
 
 use super::signals::{Result_, results_behind};
 use super::types::{Instance, Level, Quantity, Source};
@@ -126,30 +126,5 @@ fn forbidden_quantity(
             results_behind(quantity, instances).into_iter().find_map(|next| forbidden(next, depth, instances, seen))
         }
         _ => Some("a force, a reaction or an energy".into()),
-    }
-}
-
-impl Instance {
-    /// The inputs that a result depends on; `None`: not known.
-    #[must_use]
-    pub fn inputs_of(&self, role: Role) -> Option<Vec<Input>> {
-        if self.class.opaque {
-            return None;
-        }
-        let recording = &self.recording;
-        let Some(wanted) = recording.output(role) else { return Some(Vec::new()) };
-        let mut needed = vec![false; wanted as usize + 1];
-        needed[wanted as usize] = true;
-        let mut inputs = Vec::new();
-        for k in (0..=wanted as usize).rev() {
-            if !needed[k] {
-                continue;
-            }
-            match Op::decode(recording.ops[k])? {
-                Op::Input(input) => inputs.push(input),
-                op => op.operands().for_each(|a| needed[a as usize] = true),
-            }
-        }
-        Some(inputs)
     }
 }

@@ -2,8 +2,8 @@
 
 use std::ops::Range;
 
-use element_api::recording::{Input, Op, Role};
-use element_api::{Descriptor, Kind, NamedInput, Recording};
+use element_api::recording::Role;
+use element_api::{Descriptor, Kind, NamedInput};
 use rustc_hash::FxHashMap;
 
 use super::bodies::quoted;
@@ -172,7 +172,7 @@ pub(super) fn warn_of_unused(scene: &Scene, channels: &[Channel], instances: &[I
 /// A warning, where a signal is connected to an input that an element does without.
 fn unused(given: &InputRecord, input: usize, instance: &Instance) -> Option<Diagnostic> {
     let mut outputs = instance.recording.outputs.iter();
-    if instance.class.opaque || outputs.any(|output| signals_of(instance, output.role).contains(&input)) {
+    if instance.class.opaque || outputs.any(|output| instance.signals_of(output.role).contains(&input)) {
         return None;
     }
     let message =
@@ -345,7 +345,7 @@ fn visit(
         None => {}
     }
     known.insert(result, false);
-    for input in signals_of(&instances[result.0], result.1) {
+    for input in instances[result.0].signals_of(result.1) {
         let Some(quantity) = instances[result.0].inputs.get(input).and_then(Source::quantity) else { continue };
         for next in results_behind(quantity, instances) {
             if visit(next, instances, known, path) {
@@ -356,53 +356,6 @@ fn visit(
     known.insert(result, true);
     path.pop();
     false
-}
-
-/// The signals that a result of an element depends on.
-pub(super) fn signals_of(instance: &Instance, role: Role) -> Vec<usize> {
-    if instance.class.opaque {
-        return (0..instance.class.inputs.len()).collect();
-    }
-    let recording = &instance.recording;
-    let Some(wanted) = recording.output(role) else { return Vec::new() };
-    let mut needed = vec![false; recording.ops.len()];
-    needed.iter_mut().skip(wanted as usize).take(1).for_each(|needed| *needed = true);
-    if takes_unknowns(recording, wanted) {
-        // They depend on all their conditions.
-        for condition in (0..recording.unknowns() as u32).filter_map(|k| recording.output(Role::Condition(k))) {
-            needed.iter_mut().skip(condition as usize).take(1).for_each(|needed| *needed = true);
-        }
-    }
-    let mut signals = Vec::new();
-    for k in (0..recording.ops.len()).rev() {
-        if !needed[k] {
-            continue;
-        }
-        match Op::decode(recording.ops[k]) {
-            Some(Op::Input(Input::Signal(signal))) => signals.push(signal as usize),
-            Some(op) => op.operands().for_each(|a| needed[a as usize] = true),
-            None => {}
-        }
-    }
-    signals.sort_unstable();
-    signals.dedup();
-    signals
-}
-
-/// Whether an operation depends on internal unknowns.
-fn takes_unknowns(recording: &Recording, wanted: u32) -> bool {
-    if recording.unknowns() == 0 {
-        return false;
-    }
-    let mut takes = vec![false; recording.ops.len()];
-    for (k, raw) in recording.ops.iter().enumerate() {
-        takes[k] = match Op::decode(*raw) {
-            Some(Op::Input(Input::Unknown(_))) => true,
-            Some(op) => op.operands().any(|a| takes.get(a as usize).copied().unwrap_or(false)),
-            None => false,
-        };
-    }
-    takes.get(wanted as usize).copied().unwrap_or(false)
 }
 
 /// The results of elements that a quantity is made of.

@@ -5,6 +5,7 @@ use element_api::params::{ParamKind, ParamSpec, ParamType, Table as Params};
 use element_api::recording::{Input, Op, Role};
 use element_api::{Descriptor, Interpolation, Kind, Outside, Recording, Table};
 
+use super::behind::operations_behind;
 use super::parameters;
 use super::types::GridUse;
 use crate::diagnostics::{Diagnostic, codes};
@@ -110,18 +111,10 @@ fn curve_of<'a>(class: &'a Descriptor, params: &Params, table: &Table) -> Curve<
 
 /// The tables that rows of a joint look up, each with the operation of its argument, ascending.
 fn tables_of_rows(recording: &Recording) -> Vec<(usize, u32)> {
-    let mut needed = vec![false; recording.ops.len()];
     let is_row = |role: Role| matches!(role, Role::Residual(_) | Role::VelocityResidual(_));
-    let rows = recording.outputs.iter().filter(|output| is_row(output.role));
-    rows.for_each(|output| needed[output.node as usize] = true);
-    let mut used: Vec<(usize, u32)> = Vec::new();
-    for k in (0..needed.len()).rev() {
-        let Some(op) = Op::decode(recording.ops[k]).filter(|_| needed[k]) else { continue };
-        op.operands().for_each(|a| needed[a as usize] = true);
-        if let Op::Table(table, argument) = op {
-            used.push((table as usize, argument));
-        }
-    }
+    let rows = recording.outputs.iter().filter(|output| is_row(output.role)).map(|output| output.node);
+    let table = |(_, op)| if let Op::Table(table, argument) = op { Some((table as usize, argument)) } else { None };
+    let mut used: Vec<(usize, u32)> = operations_behind(recording, rows).into_iter().filter_map(table).collect();
     used.sort_unstable();
     used.dedup();
     used

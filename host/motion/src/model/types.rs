@@ -9,7 +9,6 @@ use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 
 use super::parameters::dimension_of;
 use super::release::Release;
-use super::signals::signals_of;
 use crate::catalog::LibraryInfo;
 use crate::scene::Dimension;
 
@@ -198,7 +197,7 @@ impl Instance {
     /// Whether what its rows hold up to is made of signals: these are written down behind the joints.
     #[must_use]
     pub fn limits_follow(&self) -> bool {
-        !self.inputs.is_empty() && self.rows.iter().any(|row| !signals_of(self, Role::Limit(*row as u32)).is_empty())
+        !self.inputs.is_empty() && self.rows.iter().any(|row| !self.signals_of(Role::Limit(*row as u32)).is_empty())
     }
 
     /// Whether anything that it gives depends on how often angles have turned; only the angles that it takes are written down.

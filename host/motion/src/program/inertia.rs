@@ -23,7 +23,7 @@ use rustc_hash::FxHashMap;
 
 use super::equations::{Equations, Form, FrameLoad};
 use super::kinematics::{FrameNodes, entries};
-use crate::model::Model;
+use crate::model::{Model, operations_behind};
 use crate::plan::Layout;
 
 /// Inputs per frame of an element by itself: position, rotation, twist, accelerations.
@@ -160,17 +160,9 @@ impl Alone {
 
     /// An operation of the recording, with everything it needs.
     fn import(&mut self, recording: &Recording, wanted: u32, first_table: u32) -> Node {
-        let mut needed = vec![false; recording.ops.len()];
-        needed[wanted as usize] = true;
-        let op = |k: usize| Op::decode(recording.ops[k]).expect("recordings are checked when the model is built");
-        for k in (0..=wanted as usize).rev().filter(|k| recording.ops.get(*k).is_some()) {
-            if needed[k] {
-                op(k).operands().for_each(|a| needed[a as usize] = true);
-            }
-        }
-        let mut nodes: Vec<Option<Node>> = vec![None; wanted as usize + 1];
-        for k in (0..=wanted as usize).filter(|k| needed[*k]) {
-            let node = match op(k) {
+        let mut nodes: Vec<Option<Node>> = vec![None; recording.ops.len()];
+        for (k, op) in operations_behind(recording, [wanted]) {
+            let node = match op {
                 Op::Input(input) => {
                     let slot = self.slot(input);
                     match slot {
@@ -183,7 +175,7 @@ impl Alone {
                     operation(&mut self.graph, recording, other, first_table, at)
                 }
             };
-            nodes[k] = Some(node);
+            nodes[k as usize] = Some(node);
         }
         nodes[wanted as usize].expect("written down above")
     }

@@ -11,25 +11,12 @@ use rustc_hash::FxHashMap;
 
 use super::equations::{Equations, own_input};
 use super::kinematics::FrameNodes;
-use crate::model::Instance;
+use crate::model::{Instance, conditions, operations_behind};
 use crate::plan::Layout;
 
 /// The operations that the conditions on unknowns are made of, ascending.
 fn operations(recording: &Recording) -> Vec<(u32, Op)> {
-    let mut needed = vec![false; recording.ops.len()];
-    for output in recording.outputs.iter().filter(|output| matches!(output.role, Role::Condition(_))) {
-        needed[output.node as usize] = true;
-    }
-    let mut found = Vec::new();
-    for k in (0..recording.ops.len()).rev().filter(|k| recording.ops.get(*k).is_some()) {
-        if needed[k] {
-            let op = Op::decode(recording.ops[k]).expect("recordings are checked when the model is built");
-            op.operands().for_each(|a| needed[a as usize] = true);
-            found.push((k as u32, op));
-        }
-    }
-    found.reverse();
-    found
+    operations_behind(recording, conditions(recording))
 }
 
 /// What the conditions on unknowns take besides these.

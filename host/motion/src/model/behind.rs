@@ -1,0 +1,53 @@
+//! What the results of a recording are made of.
+
+use element_api::Recording;
+use element_api::recording::{Input, Op, Role};
+
+use super::types::Instance;
+
+/// The operations that these are made of, and they themselves, ascending. What takes an internal unknown depends on all conditions, which
+/// the unknowns are found from together.
+#[must_use]
+pub fn operations_behind(recording: &Recording, wanted: impl IntoIterator<Item = u32>) -> Vec<(u32, Op)> {
+    let mut found: Vec<Option<Op>> = vec![None; recording.ops.len()];
+    let mut open: Vec<u32> = wanted.into_iter().collect();
+    while let Some(k) = open.pop() {
+        let k = k as usize;
+        if found.get(k) != Some(&None) {
+            continue;
+        }
+        found[k] = Op::decode(recording.ops[k]);
+        match found[k] {
+            Some(Op::Input(Input::Unknown(_))) => open.extend(conditions(recording)),
+            Some(op) => open.extend(op.operands()),
+            None => {}
+        }
+    }
+    found.into_iter().enumerate().filter_map(|(k, op)| Some((k as u32, op?))).collect()
+}
+
+/// The operations that are the conditions on internal unknowns.
+pub fn conditions(recording: &Recording) -> impl Iterator<Item = u32> {
+    let is_condition = |role: Role| matches!(role, Role::Condition(_));
+    recording.outputs.iter().filter(move |output| is_condition(output.role)).map(|output| output.node)
+}
+
+impl Instance {
+    /// The inputs that a result depends on, the last one first; `None`: not known.
+    #[must_use]
+    pub fn inputs_of(&self, role: Role) -> Option<Vec<Input>> {
+        let input = |(_, op)| if let Op::Input(input) = op { Some(input) } else { None };
+        let behind = || operations_behind(&self.recording, self.recording.output(role)).into_iter().rev();
+        (!self.class.opaque).then(|| behind().filter_map(input).collect())
+    }
+
+    /// The signals that a result depends on, ascending.
+    pub(super) fn signals_of(&self, role: Role) -> Vec<usize> {
+        let Some(inputs) = self.inputs_of(role) else { return (0..self.class.inputs.len()).collect() };
+        let signal = |input| if let Input::Signal(signal) = input { Some(signal as usize) } else { None };
+        let mut signals: Vec<usize> = inputs.into_iter().filter_map(signal).collect();
+        signals.sort_unstable();
+        signals.dedup();
+        signals
+    }
+}
