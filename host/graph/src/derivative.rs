@@ -179,7 +179,8 @@ fn one(g: &mut Graph, node: Node, zero: Node, d: [Node; 4]) -> Node {
         Expr::Sqrt(_) => {
             let half = g.constant(0.5);
             let top = g.mul(half, d[0]);
-            g.div(top, node)
+            let slope = g.div(top, node);
+            zero_where_cut(g, d[0], slope)
         }
         Expr::Sin(a) => {
             let c = g.cos(a);
@@ -220,12 +221,49 @@ fn one(g: &mut Graph, node: Node, zero: Node, d: [Node; 4]) -> Node {
             let factor = g.constant(exponent);
             let power = g.powf(a, exponent - 1.0);
             let slope = g.mul(factor, power);
-            g.mul(slope, d[0])
+            let slope = g.mul(slope, d[0]);
+            if exponent < 1.0 { zero_where_cut(g, d[0], slope) } else { slope }
         }
         Expr::Select(a, b, ..) => g.select(a, b, d[2], d[3]),
         Expr::Table { table, order, at } => {
             let slope = g.table(table, order + 1, at);
             g.mul(slope, d[0])
         }
+    }
+}
+
+/// How many operations deep choices are looked for.
+const DEPTH: usize = 6;
+
+/// A branch that is taken where `a < b`, or where not, and in which a derivative is zero.
+type Cut = (Node, Node, bool);
+
+/// Steepness times a derivative, zero wherever the choices in that derivative make it so: the root of `max(x, 0)` does not change where
+/// that is zero, though the root is infinitely steep there.
+fn zero_where_cut(g: &mut Graph, derivative: Node, slope: Node) -> Node {
+    let zero = g.constant(0.0);
+    cuts(g, derivative, zero, DEPTH).into_iter().fold(slope, |slope, (a, b, below)| match below {
+        true => g.select(a, b, zero, slope),
+        false => g.select(a, b, slope, zero),
+    })
+}
+
+/// The choices that make a derivative zero, as far as so many products and sums show it.
+fn cuts(g: &Graph, derivative: Node, zero: Node, depth: usize) -> Vec<Cut> {
+    let Some(depth) = depth.checked_sub(1) else { return Vec::new() };
+    let cuts = |node| cuts(g, node, zero, depth);
+    match g.expr(derivative) {
+        Expr::Select(a, b, x, y) if x == zero || y == zero => {
+            let mut own = vec![(a, b, x == zero)];
+            own.extend(cuts(if x == zero { y } else { x }));
+            own
+        }
+        Expr::Mul(x, y) => [cuts(x), cuts(y)].concat(),
+        Expr::Neg(x) | Expr::Div(x, _) => cuts(x),
+        Expr::Add(x, y) | Expr::Sub(x, y) => {
+            let others = cuts(y);
+            cuts(x).into_iter().filter(|cut| others.contains(cut)).collect()
+        }
+        _ => Vec::new(),
     }
 }

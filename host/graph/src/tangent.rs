@@ -427,9 +427,11 @@ fn partial(g: &mut Graph, node: Node, operand: usize) -> Node {
             let slope = g.div(node, b);
             g.neg(slope)
         }
+        // Infinitely steep at zero, which a choice may hold it at (`max(x, 0)`): products with derivatives that are zero then have to be.
         (Expr::Sqrt(_), _) => {
-            let half = g.constant(0.5);
-            g.div(half, node)
+            let (half, zero) = (g.constant(0.5), g.constant(0.0));
+            let slope = g.div(half, node);
+            g.select(zero, node, slope, zero)
         }
         (Expr::Sin(a), _) => g.cos(a),
         (Expr::Cos(a), _) => {
@@ -461,7 +463,9 @@ fn partial(g: &mut Graph, node: Node, operand: usize) -> Node {
             let exponent = f64::from_bits(bits);
             let factor = g.constant(exponent);
             let power = g.powf(a, exponent - 1.0);
-            g.mul(factor, power)
+            let slope = g.mul(factor, power);
+            let zero = g.constant(0.0);
+            if exponent < 1.0 { g.select(zero, a, slope, zero) } else { slope }
         }
         (Expr::Table { table, order, at }, _) => g.table(table, order + 1, at),
         (Expr::Constant(_) | Expr::Input(_) | Expr::Call { .. } | Expr::Select(..), _) => g.constant(0.0),

@@ -5,7 +5,7 @@ use element_api::recording::{Input, Role};
 use element_api::{Jet, Scalar, Table};
 
 use super::{Random, value, values};
-use crate::{Graph, Node, Program, Seeds, derivatives, derivatives_along_each, import};
+use crate::{Graph, Node, Program, Seeds, Tangents, derivatives, derivatives_along_each, import};
 
 /// Every operation, and compositions of them, for x > 0 and any y.
 fn every<S: Scalar>(x: S, y: S) -> Vec<(&'static str, S)> {
@@ -217,4 +217,52 @@ fn derivatives_along_each_variable_are_those_along_one_after_the_other() {
         assert_eq!(column, expected);
     }
     assert_eq!(together.len(), apart.len());
+}
+
+/// Functions that are infinitely steep where a choice holds their argument: they do not change there.
+fn cut(g: &mut Graph) -> Vec<Node> {
+    let (y, zero, one, minus) = (g.input(0), g.constant(0.0), g.constant(1.0), g.constant(-1.0));
+    let positive = g.select(zero, y, y, zero);
+    let three = g.constant(3.0);
+    let scaled = g.mul(positive, three);
+    let negated = g.neg(y);
+    let other = g.select(negated, zero, y, zero);
+    // The sine is held within -1 and 1: asin is atan2(s, sqrt(1 - s^2)).
+    let least = g.select(minus, y, y, minus);
+    let sine = g.select(least, one, least, one);
+    let square = g.mul(sine, sine);
+    let left = g.sub(one, square);
+    let cosine = g.sqrt(left);
+    let angle = g.atan2(sine, cosine);
+    let root = g.sqrt(scaled);
+    let power = g.powf(other, 0.3);
+    let fifth = g.powi(root, 5);
+    vec![root, power, angle, fifth]
+}
+
+#[test]
+fn what_a_choice_holds_has_no_slope_however_steep_it_is() {
+    let mut g = Graph::default();
+    let functions = cut(&mut g);
+    let (y, one) = (g.input(0), g.constant(1.0));
+    let seeds = Seeds::from_iter([(y, one)]);
+    let first = derivatives(&mut g, &functions, &seeds);
+    let second = derivatives(&mut g, &first, &seeds);
+    let mut tangents = Tangents::new(&mut g.clone(), &functions, std::slice::from_ref(&seeds));
+    for (at, held) in
+        [(-3.0, [true; 4]), (0.0, [true, true, false, true]), (0.4, [false; 4]), (3.0, [false, false, true, false])]
+    {
+        let mut lanes = vec![0.0; functions.len()];
+        tangents.run(&[at], &[], |_, function, value| lanes[function] = value).unwrap();
+        for (k, is_held) in held.into_iter().enumerate() {
+            let [slope, bend] = [values(&g, &first, &[at])[k], values(&g, &second, &[at])[k]];
+            assert_eq!((slope == 0.0, bend == 0.0 || !is_held), (is_held, true), "{k} at {at}: {slope}, {bend}");
+            assert!(
+                slope.is_finite() && bend.is_finite() && (lanes[k] - slope).abs() <= 1e-13 * slope.abs(),
+                "{k} at {at}"
+            );
+        }
+    }
+    let slope = values(&g, &first, &[0.4])[0];
+    assert!((slope - 0.5 * (3.0_f64 / 0.4).sqrt()).abs() < 1e-15, "{slope}");
 }
