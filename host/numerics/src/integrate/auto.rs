@@ -1,10 +1,11 @@
 //! The choice between an explicit and an implicit method, made while integrating.
 
 use super::Integrator;
+use super::StopReason;
 use super::dop853::dop853;
 use super::explicit::Explicit;
 use super::radau5::Radau5;
-use super::rivals::{Defender, FEWEST_HITS, Stint, Suspicion};
+use super::rivals::{Defender, FEWEST_HITS, Stint, Suspect, Suspicion};
 use super::run::{Run, Trouble};
 
 /// How much harder it is to suspect stiffness after an implicit method has proved no better.
@@ -42,8 +43,12 @@ impl Integrator for Auto {
         let mut first_step = run.options.first_step;
         loop {
             let suspicion = Suspicion::new(run, hits);
-            let Some(suspect) = self.explicit.whole_run(run, y, first_step, Some(suspicion))? else {
-                return Ok(());
+            let suspect = match self.explicit.whole_run(run, y, first_step, Some(suspicion)) {
+                Ok(Some(suspect)) => suspect,
+                Ok(None) => return Ok(()),
+                // Where decay is faster than time can be told apart, no explicit step is stable.
+                Err(Trouble::Stop(StopReason::StepTooSmall { .. })) => Suspect::hopeless(run),
+                Err(trouble) => return Err(trouble),
             };
             run.counters.stiff_from.get_or_insert(run.t);
             run.counters.switches += 1;

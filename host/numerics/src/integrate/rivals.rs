@@ -82,6 +82,13 @@ pub(super) struct Suspect {
     rate: f64,
 }
 
+impl Suspect {
+    /// One that cannot make a step, at whatever cost.
+    pub(super) fn hopeless(run: &Run<'_>) -> Self {
+        Self { step: run.smallest_step(), rate: f64::INFINITY }
+    }
+}
+
 /// The time that an implicit method has been at work.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Stint {

@@ -372,3 +372,18 @@ fn every_remedy_is_taken_and_counted() {
     let outcome = run(&mut Radau5::default(), &mut probe, &mut [1.0], 0.95, &[], &options);
     assert!(outcome.counters.recoveries.no_convergence > 0, "{:?}", outcome.counters);
 }
+
+#[test]
+fn auto_continues_where_no_step_that_advances_the_time_is_stable() {
+    // Decay at 1e9 1/s for 3e6 s: stable steps are shorter than times can be told apart.
+    let mut probe = Probe::new(|t, y, dy| dy[0] = -1e9 * (y[0] - (1e-6 * t).cos()), 1, 1e-8);
+    let mut y = [1.0];
+    let outcome = run(&mut Auto::default(), &mut probe, &mut y, 3e6, &[], &Options::default());
+    assert!(matches!(outcome.status, Status::Completed), "{:?}", outcome.status);
+    assert!((y[0] - 3.0_f64.cos()).abs() < 1e-7 && outcome.counters.steps < 1000, "{y:?} {:?}", outcome.counters);
+    // What grows beyond all bounds has no step for either method.
+    let mut probe = Probe::new(|_, y, dy| dy[0] = y[0] * y[0], 1, 1e-8);
+    let outcome = run(&mut Auto::default(), &mut probe, &mut [1.0], 2.0, &[], &Options::default());
+    let Status::StoppedEarly { t, .. } = outcome.status else { panic!("{:?}", outcome.status) };
+    assert!((t - 1.0).abs() < 1e-3, "{t}");
+}
