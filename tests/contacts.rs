@@ -470,3 +470,43 @@ fn a_motion_that_depends_on_loads_that_are_not_unique_is_suspect() {
     let three = run(&table(&[[-0.5, -0.4], [0.5, -0.4], [0.0, 0.5]], 2.0, friction), &[]);
     assert!(three.summary.not_unique.is_empty() && three.summary.warnings.is_empty());
 }
+
+/// A driver presses a block against a wall: nothing can give way. The run went round in circles without an end.
+#[test]
+fn a_drive_that_presses_bodies_against_a_wall_ends_the_run() {
+    let slide = |name: &str, x: f64| {
+        format!(
+            "[[body]]\nname = \"{name}\"\nmass = 1\ninertia = [1, 1, 1]\nposition = [{x:?}, 0, 0]\n\
+             [[joint]]\nname = \"{name}_slide\"\ntype = \"translational\"\nbodies = [\"ground\", \"{name}\"]\n\
+             point = [{x:?}, 0, 0]\naxis = [1, 0, 0]\n"
+        )
+    };
+    let text = |wall: f64, restitution: f64| {
+        String::from(
+            "title = \"press\"\nplugins.libraries = [\"odyn-joints\"]\n[simulation]\nt_end = 1\noutput_step = 0.1\n",
+        ) + &slide("ram", 0.0)
+            + &slide("block", 0.1)
+            + &format!(
+                "[[joint]]\nname = \"drive\"\ntype = \"displacement-driver\"\nbodies = [\"ground\", \"ram\"]\naxis = [1, 0, 0]\n\
+                 params.displacement = \"0.5 t^2\"\n\
+                 [[joint]]\nname = \"push\"\ntype = \"plane-contact\"\nbodies = [\"ram\", \"block\"]\n\
+                 frames = [{{ position = [0, 0, 0], axis = [1, 0, 0] }}, {{ position = [0, 0, 0] }}]\nparams.restitution = {restitution:?}\n\
+                 [[joint]]\nname = \"wall\"\ntype = \"plane-contact\"\nbodies = [\"ground\", \"block\"]\n\
+                 frames = [{{ position = [{wall:?}, 0, 0], axis = [-1, 0, 0] }}, {{ position = [0, 0, 0] }}]\n\
+                 params.restitution = {restitution:?}\n"
+            )
+    };
+    for formulation in ["joint", "cartesian"] {
+        for restitution in [0.0, 0.3] {
+            let sets = [&format!("simulation.formulation=\"{formulation}\"")[..]];
+            let report = try_run(&text(0.3, restitution), &sets, None).unwrap();
+            let summary = &report.summary;
+            // Where the ram has pushed the block to the wall: 0.3 = t^2 / 2.
+            assert_eq!(report.exit_code(), 6, "{}", summary.reason);
+            assert!((summary.t_end_reached - 0.6_f64.sqrt()).abs() < 1e-4, "{}", summary.t_end_reached);
+            assert!(["push", "wall"].iter().any(|name| summary.reason.contains(name)), "{}", summary.reason);
+            // Where the wall is further away than the ram goes, it is none.
+            assert_eq!(try_run(&text(3.0, restitution), &sets, None).unwrap().exit_code(), 0);
+        }
+    }
+}

@@ -234,8 +234,8 @@ impl Decision<'_> {
                     p = found;
                     break;
                 };
-                if part == 0.0 {
-                    // Round-off: it is held by the others.
+                // Zero by round-off: it is held by the others. Not a number: others take all of it away from what nothing gives way to.
+                if part.is_nan() || part <= 0.0 {
                     return None;
                 }
                 p += part * (found - &p);
