@@ -514,3 +514,48 @@ component = "y"
     assert!(*column(&sliding, "wy").last().unwrap() < 0.9 * speed / 0.02);
     assert!(sliding.summary.audit.energy_error_relative < 1e-7, "{:?}", sliding.summary.audit);
 }
+
+/// A released brake, and one that holds next to nothing, on a rotor at rest that a torque begins to turn late in the run: the limit was passed
+/// within what times can be told apart by, and the run ended there.
+#[test]
+fn a_brake_gives_way_to_a_torque_that_sets_in_late() {
+    let text = |capacity: f64, inertia: f64, slope: f64, since: f64, lasts: f64| {
+        format!(
+            "title = \"late\"\nplugins.libraries = [\"odyn-joints\", \"odyn-forces\"]\n[simulation]\nt_end = {:?}\noutput_step = {:?}\n\
+             [[body]]\nname = \"rotor\"\nmass = 1\ninertia = [{inertia:?}, {inertia:?}, {inertia:?}]\n\
+             [[joint]]\nname = \"bearing\"\ntype = \"revolute\"\nbodies = [\"ground\", \"rotor\"]\naxis = [0, 0, 1]\n\
+             [[joint]]\nname = \"brake\"\ntype = \"clutch\"\nbodies = [\"ground\", \"rotor\"]\naxis = [0, 0, 1]\n\
+             params.capacity = {capacity:?}\n\
+             [[force]]\nname = \"motor\"\ntype = \"rotational-actuator\"\nbodies = [\"ground\", \"rotor\"]\naxis = [0, 0, 1]\n\
+             params.of_time = {{ points = [[0, 0], [{since:?}, 0], [{:?}, {:?}]], interpolation = \"linear\" }}\n\
+             [[output]]\nname = \"w\"\nquantity = \"coordinate_rate\"\nof = \"bearing\"\n",
+            since + lasts,
+            since + lasts,
+            since + 20.0,
+            20.0 * slope
+        )
+    };
+    for (capacity, inertia, slope, since, lasts) in [
+        (0.0, 1e3, 1e4, 50.0, 10.0),
+        (1e-3, 1e3, 1e4, 50.0, 10.0),
+        (0.0, 1e-3, 10.0, 100.0, 0.1),
+        (1e-6, 1e-3, 10.0, 100.0, 0.1),
+        (5.0, 1e3, 1e4, 50.0, 10.0),
+    ] {
+        for method in ["dop853", "radau5"] {
+            for formulation in ["joint", "cartesian"] {
+                let sets =
+                    [format!("simulation.method=\"{method}\""), format!("simulation.formulation=\"{formulation}\"")];
+                let report =
+                    try_run(&text(capacity, inertia, slope, since, lasts), &sets.each_ref().map(String::as_str), None)
+                        .unwrap();
+                assert_eq!(report.exit_code(), 0, "{capacity} {inertia}: {}", report.summary.reason);
+                // It slides from where the torque is the capacity.
+                let slides = lasts - capacity / slope;
+                let exact = slope * slides * slides / 2.0 / inertia;
+                near(column(&report, "w")[1] / exact, 1.0, 1e-9);
+                near(time(&report, "brake", EventKind::Slides, 0), since + capacity / slope, 1e-8);
+            }
+        }
+    }
+}

@@ -84,7 +84,7 @@ pub(super) struct Touch {
     pub(super) gravity: f64,
     /// Time of the last event, and how many there were before it at the same time.
     met_at: f64,
-    at_once: u32,
+    pub(super) at_once: u32,
 }
 
 impl Touch {

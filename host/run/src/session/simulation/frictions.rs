@@ -49,9 +49,15 @@ impl Touch {
     /// What a contact that is closed presses with, and a friction behind the contacts may hold beyond what it holds.
     pub(super) fn left(&self, k: usize) -> f64 {
         let Some(number) = k.checked_sub(self.first_friction()) else { return self.normals[k] };
-        let ([x, y], limit) = self.holds[number];
-        let bound = self.contacts.frictions()[number].contact.map_or(limit, |contact| limit * self.normals[contact]);
-        bound - x.hypot(y)
+        let ([x, y], _) = self.holds[number];
+        self.bound(k) - x.hypot(y)
+    }
+
+    /// What a contact that is closed presses with, and a friction behind the contacts may hold in all.
+    pub(super) fn bound(&self, k: usize) -> f64 {
+        let Some(number) = k.checked_sub(self.first_friction()) else { return self.normals[k] };
+        let (_, limit) = self.holds[number];
+        self.contacts.frictions()[number].contact.map_or(limit, |contact| limit * self.normals[contact])
     }
 
     /// The same of all that are closed and stick, which share what rigid bodies leave open: see [`Shares`](crate::analysis::Shares). Of

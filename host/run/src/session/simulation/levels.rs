@@ -14,6 +14,10 @@ const LEAST_TOUCHING: f64 = 1e-12;
 const ROUND_OFF: f64 = 8.0 * f64::EPSILON;
 /// Share of the reactions of closed contacts below which one is none.
 const NO_REACTION: f64 = 1e-9;
+/// With each further look at one instant, what is none is larger by this factor, up to the most: what grows faster than times can be told
+/// apart, as a torque that sets in late in a run, is past it within them, and leaves nothing to decide there yet.
+const LARGER_AGAIN: f64 = 4.0;
+const MOST_LARGER: f64 = 1e5;
 /// The same above which a closed contact that pulls is open.
 const PULLS: f64 = 1e-6;
 
@@ -101,9 +105,13 @@ impl Simulation<'_> {
         let pulls = touch.closed.iter().copied().filter(|k| force(k) < -PULLS * largest);
         // Of those that share, it is one of which there is least.
         let worst = pulls.min_by(|a, b| left(a).total_cmp(&left(b)));
+        let again = LARGER_AGAIN.powi(touch.at_once as i32).min(MOST_LARGER);
+        // What may be held in all, where next to nothing is left of it.
+        let bounds = touch.closed.iter().map(|k| (touch.bound(*k) * touch.gradients[*k]).abs());
+        let largest = if touch.at_once > 0 { bounds.fold(largest, f64::max) } else { largest };
         for (k, value) in values.into_iter().take(touch.levels.len()).enumerate() {
             let (size, noise) = match touch.closed.contains(&k) {
-                true => (if largest > 0.0 { largest / touch.gradients[k] } else { 1.0 }, NO_REACTION),
+                true => (if largest > 0.0 { largest / touch.gradients[k] } else { 1.0 }, NO_REACTION * again),
                 // Wherever it starts, it may not get deeper.
                 false if touch.is_place(k) => (touch.size_of(k, sizes), f64::NEG_INFINITY),
                 false => (touch.size_of(k, sizes), LEAST_TOUCHING),
