@@ -165,4 +165,5 @@ mod unaffected;
 mod unknowns;
 mod verification;
 mod versions;
+mod wheels;
 mod workshop;

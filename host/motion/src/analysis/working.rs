@@ -115,6 +115,9 @@ impl WorkingForm {
             _ => Engine::new(equations, masses, &all, solver)?,
         };
         safe.solver.set_rank_limit(plan.health.rank);
+        // What follows from positions holds as they do; a position that follows from velocities drifts away.
+        let of_positions = (0..all.len()).filter(|place| !equations.rows[all[*place]].of_velocities);
+        safe.solver.set_first_rows(&of_positions.collect::<Vec<_>>())?;
         let watch = if !plan.redundant_rows.is_empty() {
             Watch::Rows
         } else if plan.topology.islands.iter().any(|island| island.loops > 0) {

@@ -1,5 +1,6 @@
 //! [`Plan`]: which rows are independent, which reactions are unique, what is skipped.
 
+use element_api::recording::Role;
 use nalgebra::{Matrix3, Vector3};
 
 use super::axes::{Crosswise, crosswise};
@@ -142,7 +143,7 @@ impl Plan {
                 dependent_rows: Vec::new(),
                 null_space: Vec::new(),
             },
-            None => Rank::find(layout, probe)?.among(probe.rows),
+            None => Rank::find(layout, probe, &of_positions(model, layout, probe.rows))?.among(probe.rows),
         };
         let redundant_rows: Vec<RedundantRow> = dependent_rows
             .into_iter()
@@ -218,6 +219,16 @@ pub fn close_to_dependent(ratio: f64, independence: f64) -> String {
     format!("{cause} (pivot ratio {ratio:.1e})")
 }
 
+/// The places of rows that constrain positions.
+fn of_positions(model: &Model, layout: &Layout, rows: &[usize]) -> Vec<usize> {
+    let constrains = |place: &usize| {
+        let (element, k) = layout.element_of_row(rows[*place]);
+        let instance = &model.elements[element];
+        instance.recording.output(Role::VelocityResidual(instance.rows[k] as u32)).is_none()
+    };
+    (0..rows.len()).filter(constrains).collect()
+}
+
 /// The rows of all joints, sorted out.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Rank {
@@ -232,14 +243,14 @@ pub(super) struct Rank {
 
 impl Rank {
     /// By the dense engine where that takes no time, or where elimination is in doubt; otherwise by elimination.
-    fn find(layout: &Layout, probe: &Probe<'_>) -> Result<Self, LinalgError> {
+    fn find(layout: &Layout, probe: &Probe<'_>, of_positions: &[usize]) -> Result<Self, LinalgError> {
         let (n, m) = (probe.structure.n as f64, probe.structure.m as f64);
         if n * m * m > LIGHT
             && let Some(found) = Self::by_elimination(layout, probe)?
         {
             return Ok(found);
         }
-        Self::dense(probe)
+        Self::dense(probe, of_positions)
     }
 
     /// The same with rows by their number among all.
@@ -250,10 +261,12 @@ impl Rank {
         self
     }
 
-    /// The twin of [`Rank::by_elimination`]: QR with column pivoting.
-    pub(super) fn dense(probe: &Probe<'_>) -> Result<Self, LinalgError> {
+    /// The twin of [`Rank::by_elimination`]: QR with column pivoting, rows on positions first. What follows from these holds as they do; a
+    /// position that follows from velocities would drift away with the errors of integration.
+    pub(super) fn dense(probe: &Probe<'_>, of_positions: &[usize]) -> Result<Self, LinalgError> {
         let mut qr = DenseQr::new(probe.structure, RANK_TOLERANCE)?;
         qr.set_measure(probe.scales)?;
+        qr.set_first_rows(of_positions)?;
         qr.set_mass(probe.mass)?;
         let health = qr.refactor(probe.jacobian)?;
         let (mut independent_rows, mut dependent_rows) = (qr.independent_rows().to_vec(), qr.dependent_rows().to_vec());
