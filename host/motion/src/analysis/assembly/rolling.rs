@@ -10,24 +10,26 @@ use crate::program::{Contact, Equations};
 const AT_CONTACT: f64 = 1e-9;
 
 /// The contacts whose bodies cannot slide on each other (they have rows that stick whatever it takes) and that touch where the scene
-/// is assembled, neither striking nor parting.
+/// is assembled: all of them, then those that neither strike nor part with the velocities found without them.
 pub(super) fn rolling(
     equations: &Equations,
     model: &Model,
     layout: &Layout,
     t: f64,
     assembly: &Assembly,
-) -> Result<Vec<usize>, AssemblyError> {
+) -> Result<[Vec<usize>; 2], AssemblyError> {
     let rolls = |contact: &Contact| !contact.sticking.is_empty() && !contact.of_velocities;
     if !equations.contacts.iter().any(rolls) {
-        return Ok(Vec::new());
+        return Ok([Vec::new(), Vec::new()]);
     }
     let (length, inputs) = (assembly.scales.length, start_inputs(layout, t, assembly));
     let speed = assembly.scales.speed_scale().max(assembly.scales.spin_scale() * length);
     let mut contacts = Contacts::new(&mut equations.clone(), model, layout, length)?;
     let gaps = contacts.look(&inputs, &layout.velocities_in(&inputs), &model.sets)?;
-    let rests = |gap: &Gap| gap.apart().abs() <= AT_CONTACT * length && gap.rate.abs() <= AT_CONTACT * speed * gap.size;
-    let pairs = equations.contacts.iter().zip(&gaps).enumerate();
-    let found = pairs.filter(|(_, (contact, gap))| rolls(contact) && rests(gap));
-    Ok(found.map(|(number, _)| number).collect())
+    let touches = |number: &usize| gaps[*number].apart().abs() <= AT_CONTACT * length;
+    let rests = |gap: &Gap| gap.rate.abs() <= AT_CONTACT * speed * gap.size;
+    let all: Vec<usize> =
+        (0..gaps.len()).filter(|number| rolls(&equations.contacts[*number]) && touches(number)).collect();
+    let resting = all.iter().copied().filter(|number| rests(&gaps[*number])).collect();
+    Ok([all, resting])
 }
