@@ -269,3 +269,42 @@ fn a_leaning_rod_stays_where_its_wall_holds_it() {
         }
     }
 }
+
+/// A block that a force drives to and fro along a line across the axes of its contact. What is across that line is zero; friction turns it the
+/// faster the slower the block is, so that round-off of a velocity next to rest grew within steps to 100 tolerances, and 2000 of the
+/// friction.
+#[test]
+fn a_block_that_turns_back_stays_on_its_line() {
+    let azimuth = 0.7_f64;
+    let (sin, cos) = azimuth.sin_cos();
+    let text = format!(
+        "title = \"to and fro\"\nplugins.libraries = [\"odyn-joints\", \"odyn-forces\"]\n\
+         [simulation]\ngravity = [0, 0, -9.81]\nt_end = 2\noutput_step = 0.002\n\
+         [[body]]\nname = \"block\"\nmass = 2\nparticle = true\n\
+         [[joint]]\nname = \"floor\"\ntype = \"plane-contact\"\nbodies = [\"ground\", \"block\"]\n\
+         frames = [{{ position = [0, 0, 0], axis = [0, 0, 1] }}, {{ position = [0, 0, 0] }}]\nparams.mu = 0.2\n\
+         [[force]]\nname = \"shaker\"\ntype = \"vector-force\"\nbodies = [\"ground\", \"block\"]\n\
+         params = {{ x = \"{:?} * sin(20 t)\", y = \"{:?} * sin(20 t)\" }}\n\
+         [[output]]\nname = \"vx\"\nquantity = \"velocity\"\nof = \"block\"\ncomponent = \"x\"\n\
+         [[output]]\nname = \"vy\"\nquantity = \"velocity\"\nof = \"block\"\ncomponent = \"y\"\n\
+         [[output]]\nname = \"fx\"\nquantity = \"reaction_force\"\nof = \"floor\"\ncomponent = \"x\"\n\
+         [[output]]\nname = \"fy\"\nquantity = \"reaction_force\"\nof = \"floor\"\ncomponent = \"y\"\n",
+        16.0 * cos,
+        16.0 * sin
+    );
+    for (tolerance, bound) in [(1e-6, 10.0), (1e-8, 10.0), (1e-10, 100.0)] {
+        for formulation in ["joint", "cartesian"] {
+            let sets =
+                [format!("simulation.tolerance={tolerance:e}"), format!("simulation.formulation=\"{formulation}\"")];
+            let report = run(&text, &sets.each_ref().map(String::as_str));
+            let turned = report.events.iter().filter(|event| event.kind == EventKind::Slides).count();
+            assert!(turned >= 12, "{tolerance:e} {formulation}: {turned}");
+            for (x, y) in [("vx", "vy"), ("fx", "fy")] {
+                let pairs = || column(&report, x).iter().zip(column(&report, y));
+                let across = pairs().map(|(x, y)| (cos * y - sin * x).abs()).fold(0.0, f64::max);
+                let size = pairs().map(|(x, y)| x.hypot(*y)).fold(0.0, f64::max);
+                assert!(across < bound * tolerance * size, "{tolerance:e} {formulation} {x}: {across:e} of {size}");
+            }
+        }
+    }
+}

@@ -128,6 +128,8 @@ pub struct Meeting {
     pub work: f64,
     /// Those that struck together such that the motion depends on how they share the impulse, which rigid bodies leave open.
     pub shared: Vec<Holder>,
+    /// Share of the size of speeds below which frictions in a plane are at rest: errors of velocities, whose direction means nothing.
+    pub still: f64,
     restitution: Vec<f64>,
     sizes: Vec<f64>,
     /// Delassus' matrix of bodies that all have the same mass: what rows have to do with each other, as a question of geometry.
@@ -337,6 +339,7 @@ impl Contacts {
             strikes: Vec::new(),
             work: 0.0,
             shared: Vec::new(),
+            still: 0.0,
             rows,
             first,
             delassus,

@@ -167,7 +167,8 @@ impl Meeting {
     pub(super) fn moving(&self, grip: &Grip, speed: f64) -> Option<[f64; 2]> {
         let rates = grip.free(pair(&grip.rows, |row| self.rates[row]));
         let size = grip.rows.iter().fold(0.0_f64, |most, row| most.max(self.sizes[*row]));
-        (norm(rates) > super::NO_SPEED * speed * size).then(|| unit(rates))
+        let none = if grip.rows.len() > 1 { self.still.max(super::NO_SPEED) } else { super::NO_SPEED };
+        (norm(rates) > none * speed * size).then(|| unit(rates))
     }
 
     /// Those that take part in a decision about accelerations.

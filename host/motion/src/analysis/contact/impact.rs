@@ -140,7 +140,8 @@ impl Meeting {
         true
     }
 
-    /// Ends the motion of closed contacts and of what sticks, and what there may be of contacts that only touch: where rows have these
+    /// Ends the motion of closed contacts and of what sticks, what is left of that of what begins to slide from rest, and what there may be
+    /// of contacts that only touch: where rows have these
     /// accelerations while all contacts are open, and speeds and accelerations are of these sizes. What slides takes the friction of these
     /// impulses, also of one that pulls. It stands for the bouncing that is left out, which gives that much less than the impulse before
     /// and the weight: all in all as much friction as normal impulse.
@@ -150,6 +151,13 @@ impl Meeting {
         let sticking = self.grips.iter().filter(|grip| pattern.sticking.contains(&grip.number));
         rows.extend(sticking.flat_map(|grip| grip.rows.iter().copied()));
         let slides = |grip: &&Grip| pattern.sliding.iter().any(|(number, _)| *number == grip.number);
+        // Friction turns what is across its direction about as fast as it is slow: next to rest no step follows that.
+        let begins = self
+            .grips
+            .iter()
+            .filter(slides)
+            .filter(|grip| grip.rows.len() > 1 && self.moving(grip, sizes[0]).is_none());
+        rows.extend(begins.flat_map(|grip| grip.rows.iter().copied()));
         let sliding = self.grips.iter().filter(slides).filter_map(|grip| {
             let contact = grip.contact.filter(|contact| pattern.closed.contains(contact))?;
             Some((grip, contact, self.moving(grip, sizes[0])?))

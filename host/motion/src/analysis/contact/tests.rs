@@ -48,6 +48,7 @@ fn touching(points: &[Point], inertia: f64) -> (Meeting, DMatrix<f64>) {
         strikes: Vec::new(),
         work: 0.0,
         shared: Vec::new(),
+        still: 0.0,
         bearing: Default::default(),
         restitution: vec![0.0; n],
         sizes,

@@ -107,7 +107,8 @@ impl Simulation<'_> {
         let touching: Vec<usize> = (0..gaps.len()).filter(|k| touches(&gaps[*k]) || strikes(&gaps[*k])).collect();
         let first = touch.first_friction();
         let limit = |number: usize| (limits[number], touch.told.contains(&(first + number)));
-        let meeting = touch.contacts.meeting(&touching, limit, &velocities)?;
+        let mut meeting = touch.contacts.meeting(&touching, limit, &velocities)?;
+        meeting.still = same;
         let change = vec![0.0; velocities.len()];
         Ok(Some((meeting, Jump { velocities, change })))
     }
