@@ -231,8 +231,8 @@ fn bilinear_maps_are_met_exactly_and_grids_that_are_left_are_told() {
     assert!(report.summary.warnings.is_empty(), "{:?}", report.summary.warnings);
     let left = mapped(&map(1.5), "");
     let [warning] = &left.summary.warnings[..] else { panic!("{:?}", left.summary.warnings) };
-    assert!(warning.starts_with("ODY0751: `push`: x of the grid `map` goes from 0 to "), "{warning}");
-    assert!(warning.contains("its values end at -1 and 1.5 m"), "{warning}");
+    assert!(warning.starts_with("ODY0751: `push`: x goes from 0 to "), "{warning}");
+    assert!(warning.contains("the values of `map` end at -1 and 1.5 m"), "{warning}");
 }
 
 #[test]

@@ -96,6 +96,7 @@ mod closed_forms;
 mod compressor;
 mod contacts;
 mod digits;
+mod doubts;
 mod enclosures;
 mod events;
 mod examples;

@@ -29,9 +29,9 @@ pub trait Element: Sized + Send + Sync + 'static {
     const MOST_FRAMES: usize = 64;
     /// Number of angles followed over many turns with [`Configuration::angle`].
     const ANGLES: usize = 0;
-    /// Pairs of frames, by number, whose z axes the joints of a scene must keep parallel: the element turns bodies, or measures how they
-    /// are turned, about these axes. The host warns where they are not parallel at the start, and where a joint between the two bodies
-    /// turns them about another axis. Contract 1.2.
+    /// Pairs of frames, by number, whose z axes the joints of a scene must keep parallel: the element acts on bodies, or measures how they
+    /// move, about or along these axes. The host warns where they are not parallel at the start, and where a joint between the two
+    /// bodies has another axis. Contract 1.2.
     const PARALLEL_AXES: &'static [[usize; 2]] = &[];
     /// Call this element at run time instead of recording its equations. For equations that depend on something outside
     /// the contract (a library, a co-simulation). Slower, and `odyn plan` says so.

@@ -269,12 +269,12 @@ pub(super) fn body_keys() -> Vec<Key> {
         (
             "velocity",
             vector_of(Dimension::VELOCITY),
-            "Velocity of the origin at the start, ground axes; \"free\" components are found by assembly.",
+            "Velocity of the origin at the start, ground axes; \"free\" components are found by assembly, as is all of it if left out: those of least kinetic energy, with which the centre of mass of a free body is at rest.",
         ),
         (
             "angular_velocity",
             vector_of(Dimension::ANGULAR_VELOCITY),
-            "Angular velocity at the start, ground axes; \"free\" components are found by assembly.",
+            "Angular velocity at the start, ground axes; \"free\" components are found by assembly, as is all of it if left out.",
         ),
         ("fixed", flag(false), "Part of the ground."),
         ("particle", flag(false), "A point mass without rotation and inertia."),

@@ -168,6 +168,9 @@ pub(super) const SIMULATION_KEYS: &[&str] = &[
 const MOST_TOLERANCE: f64 = 0.1;
 /// Acceleration of gravity on earth, m/s^2, as people write it.
 const ON_EARTH: std::ops::RangeInclusive<f64> = 9.78..=9.84;
+/// The same in mm/s^2, in/s^2 and ft/s^2.
+const ON_EARTH_OTHERWISE: [(std::ops::RangeInclusive<f64>, &str); 3] =
+    [(9780.0..=9840.0, "mm/s^2"), (385.0..=387.5, "in/s^2"), (32.08..=32.28, "ft/s^2")];
 /// The word for `audit_tolerance` that switches judging off.
 const NOT_JUDGED: &str = "none";
 
@@ -268,15 +271,16 @@ fn warn_of_gravity(record: &Record<'_>, gravity: [f64; 3], reader: &mut Reader<'
     let plain = |raw: &RawValue| matches!(raw.kind, RawKind::Number(_) | RawKind::Integer(_));
     let size = gravity.iter().fold(0.0_f64, |sum, x| sum.hypot(*x));
     let written = units.from_si(size, Dimension::ACCELERATION);
-    let metric = (units.factor(Dimension::ACCELERATION) - 1.0).abs() < 0.01;
-    if metric || !ON_EARTH.contains(&written) || !raw.as_array().is_some_and(|items| items.iter().all(plain)) {
+    if ON_EARTH.contains(&size) || !raw.as_array().is_some_and(|items| items.iter().all(plain)) {
         return;
     }
+    let others = ON_EARTH_OTHERWISE.iter().find(|(range, _)| range.contains(&written)).map(|(_, unit)| *unit);
+    let Some(meant) = others.or(ON_EARTH.contains(&written).then_some("m/s^2")) else { return };
     let label = units.label(Dimension::ACCELERATION);
     reader.diagnostics.push(
         Diagnostic::warning(codes::OTHER_UNIT, format!("gravity is {written} {label} here"))
             .at(raw.span.clone(), format!("plain numbers are in {label}"))
-            .help(format!("write the unit, as in `[0, 0, \"-{written} m/s^2\"]`, if that of the earth is meant")),
+            .help(format!("write the unit, as in `[0, 0, \"-{written} {meant}\"]`, if that of the earth is meant")),
     );
 }
 

@@ -138,6 +138,7 @@ impl Element for BearingRating {
         FrameSpec::new("i", "that of the joint on its first body; its z axis is the joint's"),
         FrameSpec::new("j", "that of the joint on its last body"),
     ];
+    const PARALLEL_AXES: &'static [[usize; 2]] = &[[0, 1]];
     const GLYPH: &'static str = "none";
     const CATALOG: &'static str = include_str!("bearings.csv");
     const REPORT: &'static str = "Deep-groove ball bearing by **ISO 281** and **ISO 76**. `load` is the equivalent dynamic load, `static_load` the \

@@ -120,6 +120,7 @@ impl Element for JointFriction {
         FrameSpec::new("i", "that of the joint on its first body; its z axis is the joint's"),
         FrameSpec::new("j", "that of the joint on its last body"),
     ];
+    const PARALLEL_AXES: &'static [[usize; 2]] = &[[0, 1]];
     type Parameters = JointFrictionParameters;
 
     fn new(p: Self::Parameters) -> Result<Self, ParamError> {

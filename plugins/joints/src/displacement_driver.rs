@@ -76,6 +76,7 @@ impl Element for DisplacementDriver {
     const SUMMARY: &'static str = "moves a body along a joint axis by a given function of time";
     const DOC: &'static str = doc_of(include_str!("displacement_driver.rs"));
     const FRAMES: &'static [FrameSpec] = crate::FRAMES;
+    const PARALLEL_AXES: &'static [[usize; 2]] = &[[0, 1]];
     type Parameters = DisplacementDriverParameters;
 
     fn new(p: Self::Parameters) -> Result<Self, ParamError> {

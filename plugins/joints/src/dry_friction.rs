@@ -92,6 +92,7 @@ impl Element for DryFriction {
     const SUMMARY: &'static str = "dry friction along and about a joint axis: sticks up to a limit";
     const DOC: &'static str = doc_of(include_str!("dry_friction.rs"));
     const FRAMES: &'static [FrameSpec] = crate::FRAMES;
+    const PARALLEL_AXES: &'static [[usize; 2]] = &[[0, 1]];
     type Parameters = DryFrictionParameters;
 
     fn new(p: Self::Parameters) -> Result<Self, ParamError> {

@@ -106,6 +106,7 @@ impl Element for ServoDisplacement {
     const SUMMARY: &'static str = "moves a body along a joint axis after a demand, as a system of second order";
     const DOC: &'static str = doc_of(include_str!("servo_displacement.rs"));
     const FRAMES: &'static [FrameSpec] = crate::FRAMES;
+    const PARALLEL_AXES: &'static [[usize; 2]] = &[[0, 1]];
     type Parameters = ServoDisplacementParameters;
 
     fn new(p: Self::Parameters) -> Result<Self, ParamError> {

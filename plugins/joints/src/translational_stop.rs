@@ -89,6 +89,7 @@ impl Element for TranslationalStop {
     const EXEMPT: &'static [(&'static str, &'static str)] =
         &[("free-motion", "its two rows are two ends, which are never both met")];
     const FRAMES: &'static [FrameSpec] = crate::FRAMES;
+    const PARALLEL_AXES: &'static [[usize; 2]] = &[[0, 1]];
     type Parameters = TranslationalStopParameters;
 
     fn new(p: Self::Parameters) -> Result<Self, ParamError> {

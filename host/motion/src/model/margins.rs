@@ -51,14 +51,14 @@ impl Instance {
     }
 }
 
-/// The arguments with which an element looks up the grids that a scene gave it; of joints, the curves that end with a kink.
+/// The arguments with which an element looks up the grids that a scene gave it, and the curves that end with a kink.
 pub(super) fn grids(class: &Descriptor, params: &Params, recording: &Recording) -> Vec<GridUse> {
-    let mut found: Vec<GridUse> = Vec::new();
     if class.opaque {
-        return found;
+        return Vec::new();
     }
+    let mut found = tables::kinked_ends(class, params, recording);
     if class.kind == Kind::Joint {
-        return tables::kinked_ends(class, params, recording);
+        return found;
     }
     for spec in class.params.iter().filter(|spec| spec.kind == ParamKind::Surface) {
         let axis = |key: &str| params.get(&spec.name)?.get(key).and_then(Vec::<f64>::read_value);

@@ -16,6 +16,7 @@
 //! | `inertia.rs` | kinetic energies that elements bring |
 //! | `catalogue.rs` | rows of recommended parameters that libraries bring along |
 //! | `parameters.rs` | parameters against their descriptions |
+//! | `doubtful.rs` | what is valid and most probably not meant |
 //! | `idle.rs` | parameters that are written and change nothing |
 //! | `tables.rs` | curves that leave their points, or that no joint can follow |
 //! | `together.rs` | points of an element between which a line has no direction |
@@ -29,6 +30,7 @@ mod behind;
 mod bodies;
 mod catalogue;
 mod channels;
+mod doubtful;
 mod elements;
 mod fmus;
 mod idle;
@@ -92,6 +94,7 @@ pub fn resolve(scene: &Scene, catalog: &Catalog, thoroughly: bool) -> Result<Res
         signals::connect(scene, catalog, &channels, &mut elements.instances, &mut found);
         release::resolve(scene, &channels, &mut elements.instances, &mut found);
         signals::warn_of_unused(scene, &channels, &elements.instances, &mut found);
+        doubtful::warn(scene, &bodies.movable, &elements.instances, &mut found);
     }
     if found.iter().any(Diagnostic::is_error) {
         return Err(found);

@@ -111,8 +111,12 @@ fn curve_of<'a>(class: &'a Descriptor, params: &Params, table: &Table) -> Curve<
 
 /// The tables that rows of a joint look up, each with the operation of its argument, ascending.
 fn tables_of_rows(recording: &Recording) -> Vec<(usize, u32)> {
-    let is_row = |role: Role| matches!(role, Role::Residual(_) | Role::VelocityResidual(_));
-    let rows = recording.outputs.iter().filter(|output| is_row(output.role)).map(|output| output.node);
+    tables_of(recording, |role| matches!(role, Role::Residual(_) | Role::VelocityResidual(_)))
+}
+
+/// The same of results with such roles.
+fn tables_of(recording: &Recording, is_wanted: impl Fn(Role) -> bool) -> Vec<(usize, u32)> {
+    let rows = recording.outputs.iter().filter(|output| is_wanted(output.role)).map(|output| output.node);
     let table = |(_, op)| if let Op::Table(table, argument) = op { Some((table as usize, argument)) } else { None };
     let mut used: Vec<(usize, u32)> = operations_behind(recording, rows).into_iter().filter_map(table).collect();
     used.sort_unstable();
@@ -129,7 +133,8 @@ fn end_slopes(table: &Table) -> [f64; 2] {
     [table.pieces[0][1], Piece::of(table, table.pieces.len() - 1).last_slope]
 }
 
-/// Curves of a joint over its motion that end with a slope, beyond which they are held: their arguments may not pass these ends.
+/// Curves over the motion that end with a slope, beyond which they are held: their arguments should not pass these ends, and those of rows
+/// of a joint may not.
 pub(super) fn kinked_ends(class: &Descriptor, params: &Params, recording: &Recording) -> Vec<GridUse> {
     let kinked = |(k, argument): (usize, u32)| {
         let table = recording.tables.get(k).filter(|table| table.is_sound() && table.outside == Outside::Clamped)?;
@@ -141,7 +146,13 @@ pub(super) fn kinked_ends(class: &Descriptor, params: &Params, recording: &Recor
         let unit = spec.unit.split_once("->").map_or("", |(unit, _)| unit).trim().to_owned();
         Some(GridUse { parameter: spec.name.clone(), axis: spec.variable.clone(), unit, argument, bounds })
     };
-    tables_of_rows(recording).into_iter().filter_map(kinked).collect()
+    let used = match class.kind {
+        Kind::Joint => tables_of_rows(recording),
+        Kind::Force => tables_of(recording, |_| true),
+        // Those of signals are often there to hold them: limits, dead zones.
+        Kind::Control => Vec::new(),
+    };
+    used.into_iter().filter_map(kinked).collect()
 }
 
 impl Subject<'_> {

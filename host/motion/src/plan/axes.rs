@@ -1,4 +1,4 @@
-//! Directions that joints leave free, and elements that turn about others.
+//! Directions that joints leave free, and elements that act about or along others.
 
 use std::collections::HashMap;
 
@@ -22,13 +22,13 @@ pub struct Crosswise {
     pub element: usize,
     /// Two of its frames.
     pub frames: [usize; 2],
-    /// The joint that turns their bodies about another axis than the first frame's z; `None`: the z axes are not parallel at the start.
+    /// The joint that moves their bodies about or along another axis than the first frame's z; `None`: the z axes are not parallel at the start.
     pub joint: Option<usize>,
     /// Between the two axes, rad.
     pub angle: f64,
 }
 
-/// The elements that turn about axes which the joints beside them do not keep parallel.
+/// The elements that act about or along axes which are not those of the joints beside them.
 pub(super) fn crosswise(model: &Model, layout: &Layout, probe: &Probe<'_>) -> Vec<Crosswise> {
     let declare = |element: &&crate::model::Instance| !element.class.parallel_axes.is_empty();
     if !model.elements.iter().any(|element| declare(&element)) {
@@ -57,7 +57,7 @@ pub(super) fn crosswise(model: &Model, layout: &Layout, probe: &Probe<'_>) -> Ve
             }
             let beside = between.get(&in_order(first, second)).into_iter().flatten().filter(|joint| **joint != element);
             let turned = beside.filter_map(|joint| directions(model, layout, probe, *joint)).find_map(|joint| {
-                let angle = off(&axis, &joint.axis?);
+                let angle = off(&axis, &joint.axis.or(joint.slide)?);
                 (angle > PARALLEL).then_some(Crosswise { element, frames: *frames, joint: Some(joint.joint), angle })
             });
             found.extend(turned);

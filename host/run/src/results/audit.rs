@@ -55,6 +55,9 @@ pub struct Audit {
     heat: Heat,
     #[serde(skip)]
     start: Option<[f64; 2]>,
+    /// Largest kinetic energy, J; infinite where it is not known.
+    #[serde(skip)]
+    fastest: f64,
     #[serde(skip)]
     largest: f64,
     #[serde(skip)]
@@ -174,6 +177,12 @@ pub struct AuditRecord {
     worst_body: Option<usize>,
     #[serde(default)]
     dissipated_error: f64,
+    #[serde(default = "unknown")]
+    fastest: f64,
+}
+
+fn unknown() -> f64 {
+    f64::INFINITY
 }
 
 impl From<&Audit> for AuditRecord {
@@ -199,6 +208,7 @@ impl From<&Audit> for AuditRecord {
             loads: [audit.load_imbalance, audit.load_imbalance_at],
             worst_body: audit.worst_body,
             dissipated_error: audit.dissipated_error,
+            fastest: audit.fastest,
         }
     }
 }
@@ -232,6 +242,7 @@ impl From<&AuditRecord> for Audit {
             work_in,
             heat,
             start,
+            fastest: record.fastest,
             largest,
             error,
             samples,
@@ -257,8 +268,15 @@ impl Audit {
         let (error, moved) = self.balance(kinetic, potential, work);
         (self.kinetic_energy, self.potential_energy, self.work) = (kinetic, potential, work);
         self.largest = self.largest.max(moved);
+        self.fastest = self.fastest.max(kinetic);
         keep(&mut self.error, &mut self.energy_error_at, error, t);
         self.relate();
+    }
+
+    /// The largest kinetic energy of all accepted states, J; `None` where it is not known.
+    #[must_use]
+    pub fn largest_kinetic_energy(&self) -> Option<f64> {
+        self.start.map(|_| self.fastest).filter(|energy| energy.is_finite())
     }
 
     /// Takes energies and work (J) as they are reported at time `t` (s).
@@ -357,6 +375,8 @@ impl Audit {
             );
             keep(&mut whole.load_imbalance, &mut whole.load_imbalance_at, part.load_imbalance, part.load_imbalance_at);
             whole.kinetic_energy += part.kinetic_energy;
+            whole.fastest += part.fastest;
+            whole.start = whole.start.or(part.start);
             whole.potential_energy += part.potential_energy;
             whole.work += part.work;
             whole.dissipated += part.dissipated;

@@ -102,14 +102,19 @@ impl ElementRecord {
     pub fn left_grids(&self, time_unit: &str) -> impl Iterator<Item = String> {
         self.grids.iter().filter(|grid| !grid.of_joint && grid.first.is_some()).map(move |grid| {
             let ValueRange { name, unit, smallest, largest, .. } = &grid.argument;
-            let [from, to] = grid.grid.map(|bound| significant(bound, 6));
+            // A curve that ends level continues so.
+            let ends: Vec<String> = grid.grid.iter().filter(|end| end.is_finite()).map(|end| significant(*end, 6)).collect();
             let range = [*smallest, *largest].map(|value| significant(value, 6));
             let first = with_unit(grid.first.unwrap_or_default(), time_unit);
             let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
             format!(
-                "`{}`: {name} of the grid `{}` goes from {} to {}{unit}, its values end at {from} and {to}{unit}, where they are held; \
-                 first outside at t = {first}",
-                self.element, grid.parameter, range[0], range[1]
+                "`{}`: {name} goes from {} to {}{unit}, the values of `{}` end at {}{unit}, where they are held; first outside at \
+                 t = {first}",
+                self.element,
+                range[0],
+                range[1],
+                grid.parameter,
+                ends.join(" and ")
             )
         })
     }

@@ -11,6 +11,8 @@ const CONSTRAINTS: f64 = 1e-8;
 const ENERGY: f64 = 1e-6;
 /// Limit on errors of energies over the tolerance: what errors of single steps may add up to.
 const ENERGY_OVER_TOLERANCE: f64 = 1e4;
+/// Largest limit on errors of energies, however loose the tolerance is: a balance that is off by more says nothing.
+const MOST_ENERGY: f64 = 1e-2;
 /// Limit on imbalances of loads, whatever the steps are: what accelerations and reactions of one instant are solved to.
 const LOADS: f64 = 1e-6;
 /// Limit on everything else where steps are fixed and nothing controls their errors.
@@ -45,7 +47,8 @@ impl AuditLimits {
         if fixed_steps {
             return Self { loads: LOADS, ..Self::all(FIXED_STEPS) };
         }
-        Self { constraints: CONSTRAINTS, energy: ENERGY.max(ENERGY_OVER_TOLERANCE * tolerance), loads: LOADS }
+        let energy = (ENERGY_OVER_TOLERANCE * tolerance).clamp(ENERGY, MOST_ENERGY);
+        Self { constraints: CONSTRAINTS, energy, loads: LOADS }
     }
 }
 

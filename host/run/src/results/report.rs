@@ -11,7 +11,7 @@ use super::{
 };
 
 /// Warnings that come at the end of a run.
-const ELEMENT_CODES: [Code; 2] = [codes::ELEMENT_CHECK, codes::LEFT_GRID];
+const END_CODES: [Code; 3] = [codes::ELEMENT_CHECK, codes::LEFT_GRID, codes::NOTHING_MOVED];
 /// Said of a failed check.
 const FAILED: &str = "FAILED";
 /// Said of an audit that found too much.
@@ -245,7 +245,7 @@ fn checks(checks: &[CheckResult]) -> String {
 /// What elements have to say of how they were used; nothing where all is well.
 fn elements(summary: &Summary) -> String {
     let mut lines = String::new();
-    let said = |warning: &&String| ELEMENT_CODES.iter().any(|code| warning.starts_with(code.code));
+    let said = |warning: &&String| END_CODES.iter().any(|code| warning.starts_with(code.code));
     let all: Vec<&String> = summary.warnings.iter().filter(said).collect();
     for warning in all.iter().take(MOST_NAMES) {
         lines.push_str(&format!("warning: {}\n", shown_on_one_line(warning)));

@@ -80,6 +80,7 @@ impl Session {
         let judged = session.judge_reactions(summary, &mut samplings, end.state.as_ref().ok());
         session.judge_outputs(summary, &samplings);
         session.warn_of_elements(summary);
+        session.warn_of_rest(summary);
         let checks = session.evaluate(summary, &samplings);
         summary.wall_time_s = before + session.load_time + session.compile_time + started.elapsed().as_secs_f64();
         let closed = samplings.close(folder, summary, end.state.as_ref().ok());

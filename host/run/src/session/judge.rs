@@ -10,10 +10,13 @@ use crate::analysis::Assembly;
 use crate::diagnostics::{Code, codes};
 use crate::model::{Axes, Channel, MAGNITUDE, Quantity};
 use crate::results::{
-    Audit, AuditLimits, Event, EventKind, Excess, Measure, Released, Remedy, ResultsError, Summary, significant,
+    Audit, AuditLimits, Event, EventKind, Excess, Measure, Released, Remedy, ResultsError, Status, Summary, significant,
 };
 use crate::scene::{AuditTolerance, Dimension};
 use element_api::descriptor::Kind;
+
+/// Bodies that move by less than this share of the scene's size during a run are at rest.
+const AT_REST: f64 = 1e-9;
 
 impl Session {
     /// What the audit may find: as asked for, else what belongs to the tolerance; `None` where it is not to be judged.
@@ -198,6 +201,33 @@ impl Session {
         }
     }
 
+    /// Warns of a scene that stood still all the time, though something may move. The status stays.
+    pub(super) fn warn_of_rest(&self, summary: &mut Summary) {
+        let moves = |channel: &Channel| !matches!(channel.quantity, Quantity::Value { .. } | Quantity::Given { .. });
+        let asked = self.scene.simulation.start.is_none()
+            && self.scene.verification.as_ref().is_none_or(|verification| verification.analysis.is_none())
+            && self.model.channels.iter().any(moves);
+        let free = self.plan.mobility > 0 && !self.equations.has_events();
+        let Some(energy) = summary.audit.largest_kinetic_energy() else { return };
+        let duration = self.scene.simulation.t_end - self.begins.time;
+        let slow = AT_REST * self.assembly.scales.length / duration;
+        let mass: f64 = self.model.bodies.iter().map(|body| body.mass).sum();
+        if summary.status == Status::Completed && asked && free && energy <= mass * slow * slow {
+            let freedoms =
+                if self.plan.mobility == 1 { "1 freedom".into() } else { format!("{} freedoms", self.plan.mobility) };
+            let gravity = if self.model.gravity.norm() == 0.0 {
+                "`gravity` is not given: give it,"
+            } else {
+                "check the directions of axes and of gravity, or give"
+            };
+            summary.warnings.push(format!(
+                "{}: nothing moved in all the time, though the joints leave {freedoms}: no load acts along what may move; {gravity} loads or \
+                 velocities at the start",
+                codes::NOTHING_MOVED
+            ));
+        }
+    }
+
     /// The row, or the body, where a measure of this scene's audit is worst.
     fn blamed(&self, measure: Measure, audit: &Audit) -> Option<String> {
         match measure {
@@ -288,6 +318,12 @@ impl Session {
         if excess.measure == Measure::Loads {
             return "try other coordinates (`--formulation cartesian` or `joint`) or another solver (`--engine reference`), and \
                     examine masses and lengths that differ by many decades"
+                .into();
+        }
+        let is_contact = excess.row.is_some_and(|row| self.equations.contacts.iter().any(|contact| contact.row == row));
+        if excess.measure == Measure::Velocity && excess.found > JUMP && is_contact {
+            return "a drive presses bodies together there that cannot give way; move the drive less far, give it a limit (a servo, an \
+                    actuator), or give the contact a stiffness (`bump-stop`)"
                 .into();
         }
         if excess.measure == Measure::Velocity && excess.found > JUMP && !self.has_fixed_steps() {

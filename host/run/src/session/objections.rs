@@ -320,7 +320,7 @@ pub(super) fn locked_warnings(plan: &Plan, model: &Model, scene: &Scene) -> Vec<
     plan.locked.iter().map(warning).collect()
 }
 
-/// Elements that turn about axes which joints do not keep parallel.
+/// Elements that act about or along axes which are not those of the joints beside them.
 pub(super) fn crosswise_warnings(plan: &Plan, model: &Model, scene: &Scene) -> Vec<Diagnostic> {
     let (unit, label) = (scene.units.factor(Dimension::ANGLE), scene.units.label(Dimension::ANGLE));
     let warning = |one: &Crosswise| {
@@ -328,7 +328,7 @@ pub(super) fn crosswise_warnings(plan: &Plan, model: &Model, scene: &Scene) -> V
         let [first, second] = one.frames.map(|frame| &element.class.frames[frame].name);
         let record = scene.elements.iter().find(|record| record.name.value == element.name);
         let angle = format!("{} {label}", significant(one.angle / unit, 3));
-        let message = format!("`{}` acts about an axis that its bodies do not turn about", element.name);
+        let message = format!("`{}` acts about or along another axis than its joint", element.name);
         let text = match one.joint {
             Some(joint) => {
                 format!("the z axis of its frame `{first}` is {angle} off the axis of `{}`", model.elements[joint].name)

@@ -394,6 +394,7 @@ impl<'a> Run<'a> {
         let failed = session.conclude(&mut summary, ended.outcome, &mut None);
         session.judge(&mut summary);
         session.warn_of_elements(&mut summary);
+        session.warn_of_rest(&mut summary);
         let mut samplings = match rows {
             Rows::Kept(samplings) => *samplings,
             Rows::Sent(_) => session.no_samplings(),

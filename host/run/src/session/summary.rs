@@ -220,7 +220,11 @@ impl Session {
             .element_fault(error)
             .or_else(|| self.particle_fault(error))
             .unwrap_or_else(|| Diagnostic::error(codes::MOTION_NOT_FINITE, error.to_string()));
-        SessionError::one(&self.scene.source, diagnostic.help("results up to this time are valid"))
+        let held = match diagnostic.code == codes::TORQUE_ON_PARTICLE {
+            true => "results up to this time are not valid: it took a part of the torque",
+            false => "results up to this time are valid",
+        };
+        SessionError::one(&self.scene.source, diagnostic.help(held))
     }
 
     /// The motion cannot start at this time, s: by the fault of an element, or of its equations.
