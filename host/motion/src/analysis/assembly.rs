@@ -147,11 +147,9 @@ fn misses(rows: &[(String, f64)]) -> String {
 /// When the joints can't be met, naming those that remain violated.
 pub fn assemble(equations: &Equations, model: &Model, layout: &Layout, t: f64) -> Result<Assembly, AssemblyError> {
     let assembly = assemble_from(equations, model, layout, t, None)?;
-    let [all, resting] = rolling(equations, model, layout, t, &assembly)?;
     // Velocities that are open are found so that all roll. Where the scene gives some that strike, part or slide, impulses end that at once.
-    let tried = [Some(&all), Some(&resting).filter(|resting| **resting != all)];
-    for closed in tried.into_iter().flatten().filter(|closed| !closed.is_empty()) {
-        let rolled = assemble_from(&equations.with_closed(closed), model, layout, t, None);
+    for closed in rolling(equations, model, layout, t, &assembly)? {
+        let rolled = assemble_from(&equations.with_closed(&closed), model, layout, t, None);
         let allowed = |rolled: &Assembly| rolled.velocity_misses.len() <= assembly.velocity_misses.len();
         if let Some(rolled) = rolled.ok().filter(allowed) {
             return Ok(rolled);

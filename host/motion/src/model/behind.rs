@@ -32,6 +32,12 @@ pub fn conditions(recording: &Recording) -> impl Iterator<Item = u32> {
     recording.outputs.iter().filter(move |output| is_condition(output.role)).map(|output| output.node)
 }
 
+/// The operations that are the rows of a joint, on positions and on velocities.
+pub fn rows(recording: &Recording) -> impl Iterator<Item = u32> {
+    let is_row = |role: Role| matches!(role, Role::Residual(_) | Role::VelocityResidual(_));
+    recording.outputs.iter().filter(move |output| is_row(output.role)).map(|output| output.node)
+}
+
 impl Instance {
     /// The inputs that a result depends on, the last one first; `None`: not known.
     #[must_use]

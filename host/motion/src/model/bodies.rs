@@ -199,6 +199,6 @@ fn check(record: &BodyRecord, scene: &Scene, found: &mut Vec<Diagnostic>) {
 }
 
 /// A number with the four digits that tell it.
-fn in_digits(value: f64) -> String {
+pub(super) fn in_digits(value: f64) -> String {
     format!("{value:.3e}").parse::<f64>().unwrap_or(value).to_string()
 }

@@ -2,6 +2,7 @@
 
 use element_api::Kind;
 
+use super::bodies::in_digits;
 use super::types::{Body, Instance, Marker};
 use crate::diagnostics::{Diagnostic, codes};
 use crate::scene::{Dimension, Scene};
@@ -126,7 +127,6 @@ fn large_inertias(scene: &Scene, bodies: &[Body], instances: &[Instance]) -> Vec
 
 /// A length in the scene's unit, with four digits.
 fn length(scene: &Scene, value: f64) -> String {
-    let value = scene.units.from_si(value, Dimension::LENGTH);
-    let rounded: f64 = format!("{value:.3e}").parse().unwrap_or(value);
-    format!("{rounded} {}", scene.units.label(Dimension::LENGTH))
+    let units = &scene.units;
+    format!("{} {}", in_digits(units.from_si(value, Dimension::LENGTH)), units.label(Dimension::LENGTH))
 }

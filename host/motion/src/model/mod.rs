@@ -55,7 +55,7 @@ use crate::catalog::Catalog;
 use crate::diagnostics::{Diagnostic, codes};
 use crate::scene::Scene;
 
-pub use behind::{conditions, operations_behind};
+pub use behind::{conditions, operations_behind, rows};
 pub use catalogue::Catalogue;
 pub(crate) use inertia::NO_ARM;
 pub use inertia::{FramePose, flexible_diagonals, loads_along, mass_at};

@@ -2,10 +2,10 @@
 //! follow.
 
 use element_api::params::{ParamKind, ParamSpec, ParamType, Table as Params};
-use element_api::recording::{Input, Op, Role};
+use element_api::recording::{Input, Op};
 use element_api::{Descriptor, Interpolation, Kind, Outside, Recording, Table};
 
-use super::behind::operations_behind;
+use super::behind::{operations_behind, rows};
 use super::parameters;
 use super::types::GridUse;
 use crate::diagnostics::{Diagnostic, codes};
@@ -109,16 +109,10 @@ fn curve_of<'a>(class: &'a Descriptor, params: &Params, table: &Table) -> Curve<
     curves.into_iter().next().unwrap_or(Curve { spec: None, points: Vec::new(), interpolation: None })
 }
 
-/// The tables that rows of a joint look up, each with the operation of its argument, ascending.
-fn tables_of_rows(recording: &Recording) -> Vec<(usize, u32)> {
-    tables_of(recording, |role| matches!(role, Role::Residual(_) | Role::VelocityResidual(_)))
-}
-
-/// The same of results with such roles.
-fn tables_of(recording: &Recording, is_wanted: impl Fn(Role) -> bool) -> Vec<(usize, u32)> {
-    let rows = recording.outputs.iter().filter(|output| is_wanted(output.role)).map(|output| output.node);
+/// The tables that results look up, each with the operation of its argument, ascending.
+fn tables_of(recording: &Recording, results: impl IntoIterator<Item = u32>) -> Vec<(usize, u32)> {
     let table = |(_, op)| if let Op::Table(table, argument) = op { Some((table as usize, argument)) } else { None };
-    let mut used: Vec<(usize, u32)> = operations_behind(recording, rows).into_iter().filter_map(table).collect();
+    let mut used: Vec<(usize, u32)> = operations_behind(recording, results).into_iter().filter_map(table).collect();
     used.sort_unstable();
     used.dedup();
     used
@@ -147,8 +141,8 @@ pub(super) fn kinked_ends(class: &Descriptor, params: &Params, recording: &Recor
         Some(GridUse { parameter: spec.name.clone(), axis: spec.variable.clone(), unit, argument, bounds })
     };
     let used = match class.kind {
-        Kind::Joint => tables_of_rows(recording),
-        Kind::Force => tables_of(recording, |_| true),
+        Kind::Joint => tables_of(recording, rows(recording)),
+        Kind::Force => tables_of(recording, recording.outputs.iter().map(|output| output.node)),
         // Those of signals are often there to hold them: limits, dead zones.
         Kind::Control => Vec::new(),
     };
@@ -226,7 +220,8 @@ impl Subject<'_> {
 
     /// Constraint equations are differentiated twice: a jump of value or slope asks for infinite forces.
     fn kinks_of_rows(&self, recording: &Recording) -> Vec<Diagnostic> {
-        let used = tables_of_rows(recording).into_iter().map(|(k, argument)| (k, is_time(recording, argument)));
+        let used =
+            tables_of(recording, rows(recording)).into_iter().map(|(k, argument)| (k, is_time(recording, argument)));
         let mut used: Vec<(usize, bool)> = used.collect();
         used.sort_unstable();
         used.dedup();

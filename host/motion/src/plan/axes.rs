@@ -1,9 +1,8 @@
 //! Directions that joints leave free, and elements that act about or along others.
 
-use std::collections::HashMap;
-
 use element_api::Kind;
 use nalgebra::{DMatrix, Matrix3, Vector3};
+use rustc_hash::FxHashMap;
 
 use super::decide::Probe;
 use super::layout::Layout;
@@ -30,11 +29,10 @@ pub struct Crosswise {
 
 /// The elements that act about or along axes which are not those of the joints beside them.
 pub(super) fn crosswise(model: &Model, layout: &Layout, probe: &Probe<'_>) -> Vec<Crosswise> {
-    let declare = |element: &&crate::model::Instance| !element.class.parallel_axes.is_empty();
-    if !model.elements.iter().any(|element| declare(&element)) {
+    if model.elements.iter().all(|element| element.class.parallel_axes.is_empty()) {
         return Vec::new();
     }
-    let mut between: HashMap<[Option<usize>; 2], Vec<usize>> = HashMap::new();
+    let mut between: FxHashMap<[Option<usize>; 2], Vec<usize>> = FxHashMap::default();
     for (joint, instance) in model.elements.iter().enumerate() {
         if let (Kind::Joint, [first, second]) = (instance.class.kind, &instance.markers[..]) {
             between.entry(in_order(first, second)).or_default().push(joint);
@@ -85,16 +83,11 @@ pub(super) fn directions(model: &Model, layout: &Layout, probe: &Probe<'_>, join
     let rows = layout.rows_of(joint);
     let markers = &model.elements[joint].markers;
     let body = markers.iter().rev().find_map(|marker| marker.body).filter(|_| markers.len() == 2)?;
-    let pattern = &probe.structure.jacobian;
-    let before = |row: usize| pattern.partition_point(|(k, _)| probe.rows[*k] < row);
-    let entries = before(rows.start)..before(rows.end);
     let mut matrix = DMatrix::zeros(rows.len(), 6);
-    for ((row, column), value) in pattern[entries.clone()].iter().zip(&probe.jacobian[entries]) {
-        if column / 6 == body {
-            // Lengths in those of the scene, so that all rows are of one size.
-            let (row, column) = (probe.rows[*row] - rows.start, column % 6);
-            matrix[(row, column)] = if column < 3 { *value } else { *value / probe.length };
-        }
+    for (row, column, value) in probe.entries(rows.clone()).filter(|(_, column, _)| column / 6 == body) {
+        // Lengths in those of the scene, so that all rows are of one size.
+        let scale = if column % 6 < 3 { 1.0 } else { probe.length };
+        matrix[(row - rows.start, column % 6)] = value / scale;
     }
     for mut row in matrix.row_iter_mut() {
         let size = row.norm();

@@ -1,5 +1,7 @@
 //! [`Plan`]: which rows are independent, which reactions are unique, what is skipped.
 
+use std::ops::Range;
+
 use element_api::recording::Role;
 use nalgebra::{Matrix3, Vector3};
 
@@ -74,6 +76,17 @@ pub struct Probe<'a> {
     pub length: f64,
     /// What makes columns comparable, see [`super::body_scales`].
     pub scales: &'a [f64],
+}
+
+impl Probe<'_> {
+    /// The entries of some rows, by their numbers among all: row, column, value.
+    pub(super) fn entries(&self, rows: Range<usize>) -> impl Iterator<Item = (usize, usize, f64)> {
+        let pattern = &self.structure.jacobian;
+        let before = |row: usize| pattern.partition_point(|(k, _)| self.rows[*k] < row);
+        let entries = before(rows.start)..before(rows.end);
+        let pairs = pattern[entries.clone()].iter().zip(&self.jacobian[entries]);
+        pairs.map(|((k, column), value)| (self.rows[*k], *column, *value))
+    }
 }
 
 /// What was decided. Constant.
@@ -371,15 +384,12 @@ fn null_load(
         Some(body) => probe.positions[body] + probe.rotations[body] * marker.position,
         None => marker.position,
     };
-    let pattern = &probe.structure.jacobian;
-    let before = |row: usize| pattern.partition_point(|(k, _)| probe.rows[*k] < row);
-    let entries = before(rows.start)..before(rows.end);
-    for ((row, column), value) in pattern[entries.clone()].iter().zip(&probe.jacobian[entries]) {
+    for (row, column, value) in probe.entries(rows) {
         let body = column / 6;
         if marker.body.is_some_and(|own| own != body) {
             continue;
         }
-        let load = -value * lambda[probe.rows[*row]];
+        let load = -value * lambda[row];
         if column % 6 < 3 {
             force[column % 6] += load;
             let mut part = Vector3::zeros();

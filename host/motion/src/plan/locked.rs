@@ -4,12 +4,12 @@
 //! somebody typed. Both are answers; the second is seldom what was meant.
 
 use element_api::Kind;
-use element_api::recording::{Input, Role};
+use element_api::recording::{Input, Op, Role};
 
 use super::axes::{Directions, directions};
 use super::decide::{Probe, RedundantRow};
 use super::layout::Layout;
-use crate::model::{Instance, Model};
+use crate::model::{Instance, Model, operations_behind, rows};
 
 /// Directions nearer than this to parallel, or to perpendicular, may have been meant to be so, rad.
 const NEARLY: f64 = 0.2;
@@ -94,14 +94,15 @@ pub(super) fn locked(model: &Model, layout: &Layout, probe: &Probe<'_>, redundan
 /// Whether a joint's rows are the same at all times.
 fn holds_always(element: &Instance) -> bool {
     let gives_way = |role: &Role| matches!(role, Role::Unilateral(_) | Role::Limit(_) | Role::SticksWith(_));
-    let of_row = |row: &usize| [Role::Residual(*row as u32), Role::VelocityResidual(*row as u32)];
-    let moves = |role: Role| element.inputs_of(role).is_none_or(|inputs| inputs.contains(&Input::Time));
+    let recording = &element.recording;
+    let of_time = || operations_behind(recording, rows(recording)).iter().any(|(_, op)| *op == Op::Input(Input::Time));
     element.class.kind == Kind::Joint
+        && !element.class.opaque
         && !element.rows.is_empty()
         && element.release.is_none()
         && !element.has_states()
-        && !element.recording.outputs.iter().any(|output| gives_way(&output.role))
-        && !element.rows.iter().flat_map(of_row).any(moves)
+        && !recording.outputs.iter().any(|output| gives_way(&output.role))
+        && !of_time()
 }
 
 /// Biconnected components of a graph with several edges, as lists of edges (Hopcroft & Tarjan 1973, algorithm 447), without recursion:

@@ -6,6 +6,7 @@ use super::options::DEFAULT_METHOD;
 use super::prepared::JUMP;
 use super::restart::Restart;
 use super::samplings::Samplings;
+use super::savings::plural;
 use crate::analysis::Assembly;
 use crate::diagnostics::{Code, codes};
 use crate::model::{Axes, Channel, MAGNITUDE, Quantity};
@@ -213,8 +214,7 @@ impl Session {
         let slow = AT_REST * self.assembly.scales.length / duration;
         let mass: f64 = self.model.bodies.iter().map(|body| body.mass).sum();
         if summary.status == Status::Completed && asked && free && energy <= mass * slow * slow {
-            let freedoms =
-                if self.plan.mobility == 1 { "1 freedom".into() } else { format!("{} freedoms", self.plan.mobility) };
+            let freedoms = plural(self.plan.mobility, "freedom", "freedoms");
             let gravity = if self.model.gravity.norm() == 0.0 {
                 "`gravity` is not given: give it,"
             } else {

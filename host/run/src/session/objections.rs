@@ -58,13 +58,9 @@ fn impossible(gaps: &[Gap], scene: &Scene) -> SessionError {
             None => joints.push((&gap.joint, vec![text])),
         }
     }
-    let names: Vec<String> = joints.iter().take(MOST_JOINTS).map(|(joint, _)| format!("`{joint}`")).collect();
-    let more = match joints.len().saturating_sub(MOST_JOINTS) {
-        0 => String::new(),
-        more => format!(", and {more} more"),
-    };
+    let names = joints_named(joints.iter().map(|(joint, _)| *joint));
     let verb = if joints.len() == 1 { "cannot be met" } else { "contradict each other" };
-    let message = format!("the joints cannot be assembled: {}{more} {verb}", names.join(", "));
+    let message = format!("the joints cannot be assembled: {names} {verb}");
     let mut diagnostic = Diagnostic::error(codes::CANNOT_ASSEMBLE, message);
     for (k, (joint, texts)) in joints.iter().take(MOST_JOINTS).enumerate() {
         let Some(record) = scene.elements.iter().find(|record| record.name.value == *joint) else { continue };
@@ -287,33 +283,25 @@ pub(super) fn reaction_warnings(plan: &Plan, model: &Model, scene: &Scene) -> Ve
 
 /// Closed loops that cannot move, at the joint that is out of line.
 pub(super) fn locked_warnings(plan: &Plan, model: &Model, scene: &Scene) -> Vec<Diagnostic> {
-    let name = |joint: usize| format!("`{}`", model.elements[joint].name);
-    let place = |joint: usize| {
-        let record = scene.elements.iter().find(|record| record.name.value == model.elements[joint].name);
-        record.map_or(0..0, |record| record.name.span.clone())
-    };
+    let name = |joint: usize| model.elements[joint].name.as_str();
     let (unit, label) = (scene.units.factor(Dimension::ANGLE), scene.units.label(Dimension::ANGLE));
     let warning = |locked: &Locked| {
-        let names: Vec<String> = locked.joints.iter().take(MOST_JOINTS).map(|joint| name(*joint)).collect();
-        let more = match locked.joints.len().saturating_sub(MOST_JOINTS) {
-            0 => String::new(),
-            more => format!(", and {more} more"),
-        };
-        let message = format!("the closed loop of {}{more} cannot move: its joints lock each other", names.join(", "));
+        let names = joints_named(locked.joints.iter().map(|joint| name(*joint)));
+        let message = format!("the closed loop of {names} cannot move: its joints lock each other");
         let diagnostic = Diagnostic::warning(codes::LOCKED_LOOP, message);
         let Some(Askew { joint, other, slides, angle }) = locked.askew else {
-            let first = locked.joints.first().map_or(0..0, |joint| place(*joint));
+            let first = locked.joints.first().map_or(0..0, |joint| place_of_element(scene, name(*joint)));
             return diagnostic
                 .at(first, "together they leave no freedom")
                 .help("check the axes and points of these joints; leave it if it is meant as a structure");
         };
         let (angle, other) = (format!("{} {label}", significant(angle / unit, 3)), name(other));
         let text = match slides {
-            false => format!("its axis is {angle} off that of {other}"),
-            true => format!("it slides {angle} off the plane that the axis of {other} is normal to"),
+            false => format!("its axis is {angle} off that of `{other}`"),
+            true => format!("it slides {angle} off the plane that the axis of `{other}` is normal to"),
         };
         diagnostic
-            .at(place(joint), text)
+            .at(place_of_element(scene, name(joint)), text)
             .help("axes of a planar mechanism must be parallel to nine digits: give all of them the same `axis`, or use joints that hold less, such as `cylindrical` and `spherical`")
             .help("leave it if it is meant as a structure")
     };
@@ -326,7 +314,6 @@ pub(super) fn crosswise_warnings(plan: &Plan, model: &Model, scene: &Scene) -> V
     let warning = |one: &Crosswise| {
         let element = &model.elements[one.element];
         let [first, second] = one.frames.map(|frame| &element.class.frames[frame].name);
-        let record = scene.elements.iter().find(|record| record.name.value == element.name);
         let angle = format!("{} {label}", significant(one.angle / unit, 3));
         let message = format!("`{}` acts about or along another axis than its joint", element.name);
         let text = match one.joint {
@@ -336,10 +323,26 @@ pub(super) fn crosswise_warnings(plan: &Plan, model: &Model, scene: &Scene) -> V
             None => format!("the z axes of its frames `{first}` and `{second}` are {angle} apart"),
         };
         Diagnostic::warning(codes::CROSSWISE, message)
-            .at(record.map_or(0..0, |record| record.name.span.clone()), text)
+            .at(place_of_element(scene, &element.name), text)
             .help("give it the `axis` of the joint; without one, its axis is z of the ground")
     };
     plan.crosswise.iter().map(warning).collect()
+}
+
+/// Joints in a sentence, the first of many.
+fn joints_named<'a>(names: impl ExactSizeIterator<Item = &'a str>) -> String {
+    let more = match names.len().saturating_sub(MOST_JOINTS) {
+        0 => String::new(),
+        more => format!(", and {more} more"),
+    };
+    let shown: Vec<String> = names.take(MOST_JOINTS).map(|name| format!("`{name}`")).collect();
+    shown.join(", ") + &more
+}
+
+/// Where an element's name is written.
+fn place_of_element(scene: &Scene, name: &str) -> std::ops::Range<usize> {
+    let record = scene.elements.iter().find(|record| record.name.value == name);
+    record.map_or(0..0, |record| record.name.span.clone())
 }
 
 /// Where a body's name is written.
