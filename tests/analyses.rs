@@ -87,6 +87,41 @@ fn a_pendulum_hangs_and_one_that_stands_is_unstable() {
     assert!(all.failed.is_empty() && all.found.len() == 2, "{:?}", all.failed);
 }
 
+/// A strip of beams that is pressed beyond its critical load pi^2 E I / (4 L^2): beside the straight column, which falls, it rests bent
+/// to either side, near the elastica (x = (2 E(k) / K(k) - 1) L, y = 2 k / K(k) L with K(k)^2 = P L^2 / (E I), k = 0.5582 for 1.2).
+#[test]
+fn a_column_that_buckles_is_found_bent_to_both_sides() {
+    let (n, young, area, second) = (8, 2e11, 1e-4, 1e-10);
+    let pressed = 1.2 * std::f64::consts::PI.powi(2) * young * second / 4.0;
+    let mut text = String::from(
+        "[plugins]\nlibraries = [\"joints\", \"forces\"]\n[simulation]\ngravity = [0, 0, 0]\nt_end = 1\noutput_step = 0.1\n",
+    );
+    for k in 1..=n {
+        let before = if k == 1 { "ground".to_owned() } else { format!("b{}", k - 1) };
+        text += &format!(
+            "[[body]]\nname = \"b{k}\"\nmass = 0.1\ninertia = [1e-4, 1e-4, 1e-4]\nposition = [{}, 0, 0]\n[[force]]\nname = \"beam{k}\"\n\
+             type = \"beam\"\nbodies = [\"{before}\", \"b{k}\"]\nframes = [{{}}, {{}}]\nparams = {{ length = {}, young = {young:e}, \
+             shear = 8e10, area = {area:e}, iy = {:e}, iz = {second:e}, torsion = {second:e} }}\n",
+            k as f64 / n as f64,
+            1.0 / n as f64,
+            10.0 * second,
+        );
+    }
+    text += &format!(
+        "[[force]]\nname = \"weight\"\ntype = \"vector-force\"\nbodies = [\"ground\", \"b{n}\"]\npoint = [1, 0, 0]\nparams.x = {}\n",
+        -pressed
+    );
+    let all = equilibria(&of_text(&text, &[]), 3, &mut |_| ()).unwrap();
+    assert!(all.failed.is_empty(), "{:?}", all.failed);
+    let stability: Vec<Stability> = all.found.iter().map(|found| found.stability).collect();
+    assert_eq!(stability, [Stability::Unstable, Stability::Undamped, Stability::Undamped]);
+    let tips: Vec<[f64; 3]> = all.found.iter().map(|found| found.bodies[n - 1].position).collect();
+    assert!(tips[1][1] * tips[2][1] < 0.0, "{tips:?}");
+    assert!((tips[1][0] - tips[2][0]).abs() < 1e-9 && (tips[1][1] + tips[2][1]).abs() < 1e-9, "{tips:?}");
+    // Eight straight pieces: some percent near the critical load.
+    assert!((tips[1][0] - 0.6739).abs() < 0.03 && (tips[1][1].abs() - 0.6488).abs() < 0.02, "{tips:?}");
+}
+
 /// Nothing moves, so nothing decays either.
 #[test]
 fn what_has_no_degree_of_freedom_is_not_called_stable() {

@@ -53,7 +53,7 @@ pub(super) struct LineariseArgs {
 pub(super) struct StaticsArgs {
     #[command(flatten)]
     pub(super) scene: SceneArgs,
-    /// Look for further equilibria from so many starts, the scene's own and others drawn at random among what the joints allow
+    /// Look for further equilibria from so many starts, the scene's own, others beside unstable equilibria along what grows, and others drawn at random among what the joints allow
     #[arg(long, value_name = "STARTS", num_args = 0..=1, default_missing_value = "20")]
     pub(super) all: Option<usize>,
     /// Folder of the results [default: results/NAME-statics of the scene file]

@@ -12,6 +12,8 @@ mod friction;
 mod places;
 mod search;
 
+use std::collections::VecDeque;
+
 use serde::Serialize;
 
 use crate::analysis::start_inputs;
@@ -126,7 +128,8 @@ pub fn start(session: &Session) -> Result<(Restart, Vec<Diagnostic>), SessionErr
     Ok((found.restart(session), notes))
 }
 
-/// Equilibria from the scene's start and from others, drawn at random among what the joints allow.
+/// Equilibria from the scene's start and from others: beside those that were found unstable, along what grows there, and every third
+/// drawn at random among what the joints allow.
 ///
 /// # Errors
 /// As [`equilibrium`]; that none of the starts led to one.
@@ -135,10 +138,15 @@ pub fn equilibria(session: &Session, starts: usize, progress: &mut dyn FnMut(f64
     let mut all = Equilibria { found: Vec::new(), failed: Vec::new(), starts: starts.max(1) };
     let layout = &session.plan.layout;
     let length = session.assembly.scales.length;
+    let mut beside: VecDeque<Vec<f64>> = VecDeque::new();
     for number in 0..starts.max(1) {
         progress(number as f64 / starts.max(1) as f64);
         let begin = given(session);
-        let begin = if number == 0 { Ok(begin) } else { search.elsewhere(&begin, number as u64) };
+        let begin = match if number % 3 == 0 { None } else { beside.pop_front() } {
+            _ if number == 0 => Ok(begin),
+            Some(start) => Ok(start),
+            None => search.elsewhere(&begin, number as u64),
+        };
         let place = begin.and_then(|begin| search.from(&begin, number == 0, &mut |_| ()));
         let place = match place {
             Ok(place) => place,
@@ -157,7 +165,11 @@ pub fn equilibria(session: &Session, starts: usize, progress: &mut dyn FnMut(f64
             })
         };
         if !all.found.iter().any(same) {
-            all.found.push(settle(session, &search, place, number)?);
+            let found = settle(session, &search, place, number)?;
+            if found.stability == Stability::Unstable {
+                beside.extend(search.beside(&found));
+            }
+            all.found.push(found);
         }
     }
     match all.failed.first().filter(|_| all.found.is_empty()) {
