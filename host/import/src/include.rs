@@ -106,10 +106,23 @@ impl Whole {
     /// Points a message about the whole into the files that it is made of.
     pub(crate) fn place(&self, diagnostic: &mut Diagnostic) {
         for span in diagnostic.labels.iter_mut().filter_map(|label| label.span.as_mut()) {
-            let last = self.pieces.partition_point(|piece| piece.start <= span.start).saturating_sub(1);
-            let Some(piece) = self.pieces.get(last) else { continue };
-            let start = piece.at + (span.start - piece.start).min(piece.length);
-            *span = start..start + span.len().min(piece.at + piece.length - start);
+            let (start, most) = self.at(span.start);
+            *span = start..start + span.len().min(most);
         }
+    }
+
+    /// Where an offset of the whole is in the source, and how much of its file follows.
+    fn at(&self, offset: usize) -> (usize, usize) {
+        let last = self.pieces.partition_point(|piece| piece.start <= offset).saturating_sub(1);
+        let Some(piece) = self.pieces.get(last) else { return (offset, usize::MAX) };
+        let inside = (offset - piece.start).min(piece.length);
+        (piece.at + inside, piece.length - inside)
+    }
+
+    /// The line of an offset, such as: line 3; of an included file with its name.
+    pub(crate) fn line(&self, offset: usize) -> String {
+        let at = self.source.locate(self.at(offset).0);
+        let file = if at.name == self.source.name { String::new() } else { format!(" of {}", at.name) };
+        format!("line {}{file}", at.line)
     }
 }

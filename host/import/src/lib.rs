@@ -9,6 +9,7 @@
 //! |---|---|
 //! | `xml.rs` | elements, attributes, numbers, with their places |
 //! | `include.rs` | files within files |
+//! | `words.rs` | which words the formats have |
 //! | `urdf.rs`, `mjcf/` | one format each |
 //! | `mechanism.rs` | links, joints, shapes: what both formats say |
 //! | `solid.rs` | mass and inertia of shapes and meshes |
@@ -21,6 +22,7 @@ mod mjcf;
 mod place;
 mod solid;
 mod urdf;
+mod words;
 mod write;
 mod xml;
 
@@ -119,15 +121,15 @@ fn file_text(file: &Path) -> Result<String, String> {
 /// The same from a text, with the folder that its meshes and included files are relative to.
 fn from_source(source: Source, beside: &Path, folder: &Path, options: &Options) -> Result<Imported, Box<Refused>> {
     let whole = Whole::read(source, beside)?;
-    from_text(&whole.text, beside, folder, options).map_err(|mut diagnostics| {
+    from_whole(&whole, beside, folder, options).map_err(|mut diagnostics| {
         diagnostics.iter_mut().for_each(|diagnostic| whole.place(diagnostic));
         Box::new(Refused { diagnostics, source: whole.source })
     })
 }
 
-/// The same from a text without included files.
-fn from_text(text: &str, beside: &Path, folder: &Path, options: &Options) -> Result<Imported, Vec<Diagnostic>> {
-    let document = xml::parse(text).map_err(|error| vec![error])?;
+/// The same from a text that has all that it includes.
+fn from_whole(whole: &Whole, beside: &Path, folder: &Path, options: &Options) -> Result<Imported, Vec<Diagnostic>> {
+    let document = xml::parse(&whole.text).map_err(|error| vec![error])?;
     let mut found = xml::Found::default();
     let root = document.root_element();
     let mut mechanism = match root.tag_name().name() {
@@ -135,6 +137,7 @@ fn from_text(text: &str, beside: &Path, folder: &Path, options: &Options) -> Res
         "mujoco" => mjcf::read(root, beside, options, &mut found),
         _ => return Err(vec![urdf::not_known(root)]),
     };
+    let wording = words::Wording::of(root);
     if !found.has_errors() {
         start(&mut mechanism, options, &mut found);
     }
@@ -143,8 +146,12 @@ fn from_text(text: &str, beside: &Path, folder: &Path, options: &Options) -> Res
         found.diagnostics.push(nothing.at(xml::head(&root), ""));
     }
     if found.has_errors() {
+        // What is missing may be there under a name that is misspelt.
+        found.diagnostics.extend(wording.unknown.into_iter().map(words::Unknown::noted));
         return Err(found.diagnostics);
     }
+    mechanism.left_out.splice(0..0, wording.listed(whole));
+    mechanism.left_out.extend(wording.beside());
     if mechanism.links.iter().all(|link| matches!(link.hold, mechanism::Hold::Fixed)) {
         let all = "nothing moves: every link is held on the ground; `--base free` frees the first of a URDF";
         mechanism.left_out.push(all.into());

@@ -152,6 +152,8 @@ pub(crate) enum Kind {
 #[derive(Debug, Clone)]
 pub(crate) struct Joint {
     pub(crate) name: String,
+    /// Whether the file has one joint of another name for several.
+    pub(crate) is_part: bool,
     pub(crate) kind: Kind,
     /// In the frame of the link.
     pub(crate) place: Point3<f64>,
@@ -183,6 +185,7 @@ impl Joint {
     pub(crate) fn new(name: impl Into<String>, kind: Kind, axis: Unit<Vector3<f64>>) -> Self {
         Self {
             name: name.into(),
+            is_part: false,
             kind,
             place: Point3::origin(),
             axis,

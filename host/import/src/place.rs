@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use nalgebra::{Isometry3, Matrix3, Translation3, Unit, UnitQuaternion, Vector3};
 
 use crate::mechanism::{Hold, Joint, Kind, Link, Mechanism, Solid};
+use crate::write::usable;
 
 /// Mass and moments of inertia of what is between two joints of one link, and has none, by those of the link.
 const TINY: f64 = 1e-12;
@@ -55,7 +56,7 @@ pub(crate) fn of_bodies(mut mechanism: Mechanism) -> Mechanism {
             let before = std::mem::replace(joints, vec![last]);
             let count = before.len();
             for (k, joint) in before.into_iter().enumerate() {
-                let name = format!("{}.{}", link.name, k + 1);
+                let name = format!("{}_{}", usable(&link.name), k + 1);
                 let remark = format!("between the {} joints of `{}`, with next to no mass", count + 1, link.name);
                 mechanism.links.push(Link {
                     name,

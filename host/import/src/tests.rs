@@ -3,10 +3,17 @@
 use std::path::Path;
 
 use nalgebra::{Isometry3, Matrix3, Translation3, UnitQuaternion, Vector3};
+use odyn_diagnostics::{Diagnostic, Source};
 
 use crate::mechanism::{Form, Shape, Solid};
 use crate::solid::of_shape;
-use crate::{Options, from_text};
+use crate::{Imported, Options};
+
+/// Reads a text.
+fn from_text(text: &str, beside: &Path, folder: &Path, options: &Options) -> Result<Imported, Vec<Diagnostic>> {
+    let source = Source::new("", text);
+    crate::from_source(source, beside, folder, options).map_err(|refused| refused.diagnostics)
+}
 
 fn solid(form: Form, pose: Isometry3<f64>) -> Solid {
     of_shape(&Shape { form, pose, color: None }, 2700.0).unwrap()
@@ -497,4 +504,158 @@ fn what_is_left_out_is_said_once() {
     let left_out = from_text(&text, Path::new(""), Path::new(""), &Options::default()).unwrap().left_out;
     assert_eq!(left_out[..2], ["<gazebo>: extensions of other programs", "<sensor>"]);
     assert!(!left_out[2..].iter().any(|what| what.starts_with('<')), "{left_out:?}");
+}
+
+/// What a text has beside the words that are read.
+fn left_out(text: &str) -> Vec<String> {
+    from_text(text, Path::new(""), Path::new(""), &Options::default()).unwrap().left_out
+}
+
+/// Misspelt words are listed with their line and the word that is meant, once each; known ones by what they are about.
+#[test]
+fn unknown_words_are_listed() {
+    let mass = "<inertial><mass value=\"1\"/><inertia ixx=\"1\" iyy=\"1\" izz=\"1\"/></inertial>";
+    let urdf = |joint: &str| {
+        format!(
+            "<robot name=\"r\" xmlns:drake=\"d\"><link name=\"a\"/><link name=\"b\">{mass}<drake:x/></link>\n\
+             <joint name=\"j\" type=\"continuous\"><parent link=\"a\"/><child link=\"b\"/>\n{joint}</joint></robot>"
+        )
+    };
+    for (wrong, says) in [
+        ("<dynamcs damping=\"1\"/>", "unknown element <dynamcs> in <joint> (line 3); did you mean <dynamics>?"),
+        ("<axes xyz=\"0 1 0\"/>", "unknown element <axes> in <joint> (line 3); did you mean <axis>?"),
+        ("<Origin xyz=\"0 1 0\"/>", "unknown element <Origin> in <joint> (line 3); did you mean <origin>?"),
+        ("<origin ryp=\"0 1 0\"/>", "unknown attribute `ryp` of <origin>: 0 1 0 (line 3); did you mean `rpy`?"),
+        ("<dynamics dampng=\"1\"/>", "unknown attribute `dampng` of <dynamics>: 1 (line 3); did you mean `damping`?"),
+        ("<mass value=\"1\"/>", "unknown element <mass> in <joint> (line 3); it belongs in <inertial>"),
+        ("<qqq a=\"1\"/>\n<qqq/><qqq/>", "unknown element <qqq> in <joint> (line 3, and 2 more)"),
+    ] {
+        assert_eq!(left_out(&urdf(wrong))[0], says);
+    }
+    let known = left_out(&urdf("<safety_controller k_velocity=\"1\"/><limit velocity=\"1\" jerk=\"3\"/>"));
+    assert!(!known.iter().any(|what| what.contains("unknown")), "{known:?}");
+    assert!(known.contains(&"for other programs: <x>, <safety_controller>, `jerk`".to_owned()), "{known:?}");
+
+    let text = "<mujoco><option timestep=\"1\"/><visual><anything/></visual><worldbody><light/>\n<body name=\"b1\">\
+        <joint name=\"j1\" dampng=\"3\" user=\"1\"/><geom size=\".1\" dens=\"100\" contype=\"0\" conaffinity=\"0\" material=\"m\"/>\n\
+        <body name=\"b2\"><jiont name=\"j2\"/><geom size=\".1\" dens=\"2\" solref=\"1 1\" contype=\"0\" conaffinity=\"0\"/></body></body>\
+        </worldbody>\n<equalty/><actuator><motor joint=\"j1\" armatur=\"2\"/></actuator></mujoco>";
+    let listed = left_out(text);
+    for says in [
+        "unknown attribute `dampng` of <joint>: 3 (line 2); did you mean `damping`?",
+        "unknown attribute `dens` of <geom>: 100 (line 2, and 1 more); did you mean `density`?",
+        "unknown element <jiont> in <body> (line 3); did you mean <joint>?",
+        "unknown element <equalty> in <mujoco> (line 4); did you mean <equality>?",
+        "unknown attribute `armatur` of <motor>: 2 (line 4); did you mean `armature`?",
+        "how bodies would touch each other: `solref`",
+        "how MuJoCo softens and solves its equations: `timestep`",
+        "looks: <visual>, <light>, `material`",
+        "for other programs: `user`",
+    ] {
+        assert!(listed.iter().any(|what| what == says), "{says}: {listed:#?}");
+    }
+    // Where the file is refused, they may be why.
+    let small = "<mujoco><worldbody><body><joint/><geom siz=\"1\"/></body></worldbody></mujoco>";
+    assert!(refused(small).contains("needs a `size`") && refused(small).contains("unknown attribute `siz`"));
+    assert!(!refused("<mujoco><worldbody><replicate/></worldbody></mujoco>").contains("unknown"));
+    // However many there are, the list is no book.
+    let many: String = (0..1000).map(|k| format!("<q{k}/>")).collect();
+    let many = left_out(&urdf(&many));
+    assert!(many.len() < 60 && many.iter().any(|what| what == "unknown words, 960 more of them"), "{many:?}");
+}
+
+/// Words of a file that is included are listed with the file that they stand in.
+#[test]
+fn unknown_words_are_listed_with_their_files() {
+    let folder = std::env::temp_dir().join(format!("odyn-words-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let body = "<x>\n<body><joint dampng=\"3\"/><geom size=\".1\"/></body></x>";
+    std::fs::write(folder.join("body.xml"), body).unwrap();
+    std::fs::write(
+        folder.join("main.xml"),
+        "<mujoco><worldbody>\n\n\n<include file=\"body.xml\"/></worldbody></mujoco>",
+    )
+    .unwrap();
+    let left_out = crate::read(&folder.join("main.xml"), &folder, &Options::default()).unwrap().left_out;
+    let file = folder.join("body.xml").display().to_string();
+    let says = format!("unknown attribute `dampng` of <joint>: 3 (line 2 of {file}); did you mean `damping`?");
+    assert_eq!(left_out[0], says);
+    std::fs::remove_dir_all(&folder).unwrap();
+}
+
+/// A shape of a mesh without a type is the sphere that MuJoCo fits to the mesh: the mean of the half edges of a box that weighs and turns
+/// as the mesh does, about its middle.
+#[test]
+fn a_shape_of_a_mesh_without_a_type_is_a_sphere() {
+    let folder = std::env::temp_dir().join(format!("odyn-import-sphere-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    std::fs::write(folder.join("box.obj"), BOX).unwrap();
+    let of = |compiler: &str, class: &str, geom: &str| {
+        let text = format!(
+            "<mujoco><compiler {compiler}/><default><geom {class}/></default><asset><mesh name=\"m\" file=\"box.obj\"/></asset><worldbody>\
+             <body><joint/><geom mesh=\"m\" {geom}/></body></worldbody></mujoco>"
+        );
+        from_text(&text, &folder, &folder, &Options::default())
+    };
+    let sphere = of("", "", "").unwrap();
+    // MuJoCo 4.0: 4188.79 kg at (0.5, 1, 1.5).
+    for said in ["mass = 4188.79020478639\ncom = [0.5, 1, 1.5]\n", "kind = \"sphere\"\nradius = 1\n"] {
+        assert!(sphere.scene.contains(said), "{said}: {}", sphere.scene);
+    }
+    assert!(sphere.left_out.iter().any(|what| what.contains("has no `type`")), "{:?}", sphere.left_out);
+    let twice = of("", "type=\"sphere\"", "fitscale=\"2\"").unwrap();
+    assert!(twice.scene.contains("radius = 2\n"), "{}", twice.scene);
+    assert!(!twice.left_out.iter().any(|what| what.contains("has no `type`")), "{:?}", twice.left_out);
+    for mesh in [of("", "type=\"mesh\"", ""), of("", "", "type=\"mesh\"")] {
+        assert!(mesh.unwrap().scene.contains("mass = 6000\n"));
+    }
+    let bounds = of("fitaabb=\"true\"", "", "").unwrap_err();
+    assert!(bounds[0].message.contains("is fitted to a mesh"), "{bounds:?}");
+    std::fs::remove_dir_all(&folder).unwrap();
+}
+
+/// Limits that are both zero are none where MuJoCo finds out by itself whether there are any; they are a mistake where they are wanted.
+#[test]
+fn limits_that_are_both_zero_are_none() {
+    let text = |joint: &str| {
+        format!(
+            "<mujoco><default><default class=\"a\"><joint range=\"-30 60\"/></default></default><worldbody>\
+             <body childclass=\"a\" gravcomp=\"0.0\"><joint {joint}/><geom size=\".1\"/></body></worldbody></mujoco>"
+        )
+    };
+    let stops =
+        |joint: &str| mjcf(&text(joint).replace("<mujoco>", "").replace("</mujoco>", "")).scene.contains("-stop");
+    assert!(stops("") && !stops("range=\"0 0\"") && stops("range=\"0 1\"") && !stops("limited=\"false\""));
+    assert!(refused(&text("range=\"0 0\" limited=\"true\"")).contains("0 is not below 0"));
+    // No share of the weight is no compensation.
+    let said = |text: &str| left_out(text).iter().any(|what| what.contains("compensation of gravity"));
+    assert!(!said(&text("")) && said(&text("").replace("0.0", "0.5")));
+}
+
+/// Several links may be no joint's child: each is held as the first would be, which is said. So are names that are others in the scene.
+#[test]
+fn roots_and_new_names_are_listed() {
+    let link = |name: &str| {
+        format!(
+            "<link name=\"{name}\"><inertial><mass value=\"1\"/><inertia ixx=\"1\" iyy=\"1\" izz=\"1\"/></inertial></link>"
+        )
+    };
+    let links = ["base", "arm", "table"].map(link).concat();
+    let joint = "<joint name=\"arm\" type=\"continuous\"><parent link=\"base\"/><child link=\"arm\"/></joint>";
+    let two = format!("<robot name=\"r\">{links}{joint}</robot>");
+    let listed = left_out(&two);
+    let roots =
+        "links that are no joint's child: `base`, `table`; each stands on the ground, where a URDF has one of them";
+    assert!(listed.iter().any(|what| what == roots), "{listed:?}");
+    let free = Options { base: crate::Base::Free, ..Options::default() };
+    let free = from_text(&two, Path::new(""), Path::new(""), &free).unwrap().left_out;
+    assert!(free.iter().any(|what| what.contains("`base`, `table`; each moves freely")), "{free:?}");
+    let names = |listed: &[String]| listed.iter().find(|what| what.starts_with("names of a scene")).cloned();
+    let rule = "names of a scene are of letters, digits, `_` and `-`, each once";
+    assert_eq!(names(&listed), Some(format!("{rule}: joint `arm` is `arm-joint`")));
+    let one = left_out(&two.replace(&link("table"), "").replace("joint name=\"arm\"", "joint name=\"j\""));
+    assert!(!one.iter().any(|what| what.contains("no joint's child")) && names(&one).is_none(), "{one:?}");
+    let changed = left_out(&two.replace("\"arm\"", "\"a/b c\"").replace("\"base\"", "\"ground\""));
+    let said = "body `ground` is `ground-2`, body `a/b c` is `a_b_c`, joint `a/b c` is `a_b_c-joint`";
+    assert_eq!(names(&changed), Some(format!("{rule}: {said}")));
 }

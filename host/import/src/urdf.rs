@@ -12,6 +12,7 @@ use roxmltree::Node;
 use crate::mechanism::{Coupling, Form, Hold, Joint, Kind, Link, Mechanism, Shape, Solid};
 use crate::place::across;
 use crate::solid;
+use crate::write::usable;
 use crate::xml::{Found, child, children, head};
 use crate::{Base, Options};
 
@@ -33,6 +34,7 @@ pub(crate) fn read(robot: Node<'_, '_>, folder: &Path, options: &Options, found:
     };
     let Some(order) = reader.order(&links, &joints, &ends) else { return mechanism };
     let mut places: HashMap<&str, Option<usize>> = HashMap::new();
+    let mut roots = Vec::new();
     for (link, joint) in order {
         let name = link.attribute("name").unwrap_or_default();
         let (solid, shapes) = reader.link(link);
@@ -44,6 +46,7 @@ pub(crate) fn read(robot: Node<'_, '_>, folder: &Path, options: &Options, found:
                 continue;
             }
             None => {
+                roots.push(format!("`{name}`"));
                 let hold = if options.base == Base::Free { Hold::Free } else { Hold::Fixed };
                 (Isometry3::identity(), hold, None)
             }
@@ -57,6 +60,13 @@ pub(crate) fn read(robot: Node<'_, '_>, folder: &Path, options: &Options, found:
         };
         places.insert(name, Some(mechanism.links.len()));
         mechanism.links.push(Link { name: name.to_owned(), parent, pose, hold, solid, shapes, remark: None });
+    }
+    if roots.len() > 1 {
+        let held = if options.base == Base::Free { "moves freely" } else { "stands on the ground" };
+        let roots = roots.join(", ");
+        reader
+            .left_out
+            .push(format!("links that are no joint's child: {roots}; each {held}, where a URDF has one of them"));
     }
     mechanism.left_out = reader.left_out;
     mechanism
@@ -166,7 +176,8 @@ impl Reader<'_> {
                     let name = node.tag_name().name().to_owned();
                     self.left_out.push(format!("<{name}>: extensions of other programs"));
                 }
-                other => self.left_out.push(format!("<{other}>")),
+                "sensor" => self.left_out.push("<sensor>".into()),
+                _ => {}
             }
         }
     }
@@ -249,10 +260,7 @@ impl Reader<'_> {
                 let scale = self.found.list::<3>(geometry.attribute_node("scale")).unwrap_or([1.0; 3]);
                 Form::Mesh { path: self.mesh_file(file), scale: Matrix3::from_diagonal(&Vector3::from(scale)) }
             }
-            other => {
-                self.left_out.push(format!("a shape <{other}> of {}", node.parent().map(called).unwrap_or_default()));
-                return None;
-            }
+            _ => return None,
         };
         Some(Shape { form, pose, color })
     }
@@ -339,11 +347,9 @@ impl Reader<'_> {
         let axis = self.axis(node);
         let x = Unit::new_normalize(axis.cross(&across(&axis)));
         let y = Unit::new_normalize(axis.cross(&x));
-        Hold::Joints(vec![
-            Joint::new(format!("{name}.x"), Kind::Slide, x),
-            Joint::new(format!("{name}.y"), Kind::Slide, y),
-            Joint::new(format!("{name}.angle"), Kind::Hinge, axis),
-        ])
+        let parts = [("x", Kind::Slide, x), ("y", Kind::Slide, y), ("angle", Kind::Hinge, axis)];
+        let joint = |(part, kind, axis)| Joint { is_part: true, ..Joint::new(format!("{name}.{part}"), kind, axis) };
+        Hold::Joints(parts.map(joint).into())
     }
 
     fn axis(&mut self, node: Node<'_, '_>) -> Unit<Vector3<f64>> {
@@ -361,7 +367,7 @@ impl Reader<'_> {
         let ratio = self.found.number(mimic.attribute_node("multiplier")).unwrap_or(1.0);
         let offset = self.found.number(mimic.attribute_node("offset")).unwrap_or(0.0);
         let second = named(node);
-        Some(Coupling { name: format!("{second}.mimic"), first, second, ratio, offset, active: true })
+        Some(Coupling { name: format!("{}_mimic", usable(&second)), first, second, ratio, offset, active: true })
     }
 }
 

@@ -25,8 +25,13 @@ pub(crate) fn scene(mechanism: Mechanism, folder: &Path) -> Imported {
         taken: HashSet::from(["ground".to_owned()]),
         coordinates: Vec::new(),
         joints: HashMap::new(),
+        renamed: Vec::new(),
     };
     writer.whole(&mechanism);
+    if !writer.renamed.is_empty() {
+        let what = "names of a scene are of letters, digits, `_` and `-`, each once";
+        writer.left_out.push(format!("{what}: {}", writer.renamed.join(", ")));
+    }
     let Writer { text, mut left_out, coordinates, .. } = writer;
     let mut said = HashSet::new();
     left_out.retain(|what| said.insert(what.clone()));
@@ -50,6 +55,8 @@ struct Writer<'f> {
     coordinates: Vec<String>,
     /// Name in the scene of a joint, its bodies, and its frames on them.
     joints: HashMap<String, Written>,
+    /// Names of the file that are others in the scene, in words.
+    renamed: Vec<String>,
 }
 
 /// A joint with one coordinate in the scene.
@@ -108,8 +115,7 @@ impl Writer<'_> {
         let placed = at_start(mechanism);
         let moves = placed.iter().any(|at| at.velocity != Vector3::zeros() || at.angular_velocity != Vector3::zeros());
         // Bodies are named first: a joint of the same name is the one that gets another.
-        let names: Vec<String> =
-            mechanism.links.iter().map(|link| free_name(&mut self.taken, &link.name, "")).collect();
+        let names: Vec<String> = mechanism.links.iter().map(|link| self.name_for("body", &link.name, "")).collect();
         let mut fixed: Vec<bool> = Vec::new();
         for ((link, name), at) in mechanism.links.iter().zip(&names).zip(&placed) {
             let stands = matches!(link.hold, Hold::Fixed) && link.parent.is_none_or(|parent| fixed[parent]);
@@ -250,6 +256,15 @@ impl Writer<'_> {
         }
     }
 
+    /// A name for what has one in the file; another one is said.
+    fn name_for(&mut self, what: &str, wanted: &str, ending: &str) -> String {
+        let name = free_name(&mut self.taken, wanted, ending);
+        if name != wanted {
+            self.renamed.push(format!("{what} `{wanted}` is `{name}`"));
+        }
+        name
+    }
+
     fn element_name(&mut self, wanted: &str) -> String {
         free_name(&mut self.taken, wanted, "-joint")
     }
@@ -268,7 +283,8 @@ impl Writer<'_> {
     }
 
     fn joint(&mut self, joint: &Joint, pose: &Isometry3<f64>, bodies: [&str; 2]) {
-        let name = self.element_name(&joint.name);
+        let name =
+            if joint.is_part { self.element_name(&joint.name) } else { self.name_for("joint", &joint.name, "-joint") };
         let z = joint.axis.into_inner();
         let own = Frame { origin: joint.place.coords, z, x: across(&joint.axis) };
         let on_parent = own.moved(pose);
@@ -350,7 +366,7 @@ impl Writer<'_> {
     }
 
     fn closure(&mut self, closure: &Closure, bodies: [String; 2]) {
-        let name = self.element_name(&closure.name);
+        let name = self.name_for("equality", &closure.name, "-joint");
         let kind = if closure.rigid { "bracket" } else { "spherical" };
         let frames = closure.frames.map(|frame| Frame::of(&frame));
         self.element("joint", &name, kind, &[&bodies[0], &bodies[1]], &frames, "");
@@ -386,7 +402,7 @@ impl Writer<'_> {
         let bodies = [first, second].map(|written| written.bodies.clone()).concat();
         let frames = [first, second].map(|written| written.frames).concat();
         let bodies: Vec<&str> = bodies.iter().map(String::as_str).collect();
-        let name = self.element_name(&coupling.name);
+        let name = self.name_for("equality", &coupling.name, "-joint");
         self.element("joint", &name, "coupler", &bodies, &frames, &params);
         self.inactive(coupling.active);
     }
@@ -398,10 +414,14 @@ impl Writer<'_> {
     }
 }
 
-/// A name of letters, digits, `_` and `-` that is not taken, with an ending where it is; it is taken then.
+/// A name with `_` for what is no letter, digit, `_` or `-`.
+pub(crate) fn usable(name: &str) -> String {
+    name.chars().map(|c| if c.is_ascii_alphanumeric() || matches!(c, '_' | '-') { c } else { '_' }).collect()
+}
+
+/// A usable name that is not taken, with an ending where it is; it is taken then.
 fn free_name(taken: &mut HashSet<String>, wanted: &str, ending: &str) -> String {
-    let usable = |c: char| if c.is_ascii_alphanumeric() || matches!(c, '_' | '-') { c } else { '_' };
-    let name: String = wanted.chars().map(usable).collect();
+    let name = usable(wanted);
     let name = if name.is_empty() { "unnamed".to_owned() } else { name };
     let others = (2..).map(|count| format!("{name}{ending}-{count}"));
     let mut candidates = [name.clone(), format!("{name}{ending}")].into_iter().chain(others);

@@ -18,7 +18,7 @@ use super::terminal;
 pub(super) const HELP: &str = "\
 URDF and MJCF are read. Links become bodies with their shapes, joints become joints, with springs, dampers, rotors, dry friction and
 stops beside them; MJCF's `connect` and `weld` close loops. What the file says beside that (contacts, motors, sensors, ...) is listed,
-here and at the top of the scene. Mass is taken from shapes where it is not given. The scene needs the standard libraries.
+here and at the top of the scene, first what is probably misspelt. Mass is taken from shapes where it is not given. The scene needs the standard libraries.
 
 Examples:
   odyn import arm.urdf -o arm.toml

@@ -5,25 +5,11 @@ use roxmltree::Node;
 
 use super::Reader;
 use crate::mechanism::Kind;
-
-/// Kinds of motors, which have their defaults in common.
-const KINDS: &[&str] = &[
-    "general",
-    "motor",
-    "position",
-    "velocity",
-    "intvelocity",
-    "damper",
-    "cylinder",
-    "muscle",
-    "adhesion",
-    "dcmotor",
-    "plugin",
-];
+use crate::words::MOTORS;
 
 impl<'a, 'i: 'a> Reader<'_, 'a, 'i> {
     pub(super) fn actuator(&mut self, node: Node<'a, 'i>) {
-        let of = self.classes.of_one_of(node, KINDS, None);
+        let of = self.classes.of_one_of(node, MOTORS, None);
         let (armature, damping) = (self.first(&of, "armature"), self.first(&of, "damping"));
         if armature == 0.0 && damping == 0.0 {
             return;

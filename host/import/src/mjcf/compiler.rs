@@ -21,25 +21,14 @@ pub(super) struct Compiler<'f> {
     pub(super) least_inertia: f64,
     /// Mass of all bodies together.
     pub(super) total_mass: Option<f64>,
+    /// Whether shapes that are fitted to a mesh get their size from its bounds.
+    pub(super) fit_to_bounds: bool,
     /// Groups of shapes that have mass, from the first to the last.
     pub(super) groups: [f64; 2],
 }
 
-/// Words of `<compiler>` that change no mechanics of what is read.
-const NO_MATTER: [&str; 9] = [
-    "autolimits",
-    "strippath",
-    "texturedir",
-    "usethread",
-    "discardvisual",
-    "fusestatic",
-    "alignfree",
-    "saveinertial",
-    "conflict",
-];
-
 impl<'f> Compiler<'f> {
-    pub(super) fn read(root: Node<'_, '_>, folder: &'f Path, left_out: &mut Vec<String>, found: &mut Found) -> Self {
+    pub(super) fn read(root: Node<'_, '_>, folder: &'f Path, found: &mut Found) -> Self {
         let mut compiler = Self {
             folder,
             mesh_folder: String::new(),
@@ -50,6 +39,7 @@ impl<'f> Compiler<'f> {
             least_mass: 0.0,
             least_inertia: 0.0,
             total_mass: None,
+            fit_to_bounds: false,
             groups: [0.0, f64::INFINITY],
         };
         for node in children(root).filter(|node| node.has_tag_name("compiler")) {
@@ -66,6 +56,7 @@ impl<'f> Compiler<'f> {
                     }
                     ("meshdir" | "assetdir", folder) => compiler.mesh_folder = folder.to_owned(),
                     ("autolimits", word) => compiler.auto_limits = word == "true",
+                    ("fitaabb", word) => compiler.fit_to_bounds = word == "true",
                     ("inertiafromgeom", word) => compiler.from_shapes = (word != "auto").then_some(word == "true"),
                     ("coordinate", "global") => {
                         found.error(
@@ -89,9 +80,7 @@ impl<'f> Compiler<'f> {
                     ("inertiagrouprange", _) => {
                         compiler.groups = found.list(Some(attribute)).unwrap_or(compiler.groups)
                     }
-                    ("angle" | "coordinate" | "balanceinertia", _) => {}
-                    (word, _) if NO_MATTER.contains(&word) => {}
-                    (word, value) => left_out.push(format!("`{word}` of <compiler>: {value}")),
+                    _ => {}
                 }
             }
         }

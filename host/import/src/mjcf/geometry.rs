@@ -170,9 +170,25 @@ impl<'a, 'i: 'a> Reader<'_, 'a, 'i> {
         }
     }
 
+    /// The sphere that MuJoCo fits to a mesh, about its centre of mass: the radius is the mean of the half edges of a box with the
+    /// mesh's mass and moments of inertia. `None` where these are not known.
+    fn sphere_of_mesh(&mut self, node: Node<'a, 'i>, of: &Of<'a, 'i>, name: &str) -> Option<(f64, Translation3<f64>)> {
+        let scale = self.found.number(of.get("fitscale")).unwrap_or(1.0);
+        let file = self.meshes.get(name)?;
+        let (mesh, turned, place) = (Mesh::read(&file.path, 1.0).ok()?, file.scale, file.place);
+        let solid = solid::of_mesh(&mesh, &turned, 1.0).ok()?.moved(&place);
+        if self.takes_mass_of_shapes(node) {
+            self.mass_of_mesh(of, &mesh, &turned);
+        }
+        let moments = solid.inertia.symmetric_eigenvalues() / solid.mass;
+        let half = moments.map(|own| (1.5 * (moments.sum() - 2.0 * own)).max(0.0).sqrt());
+        let radius = scale * half.mean();
+        (radius > 0.0).then(|| (radius, Translation3::from(solid.com)))
+    }
+
     /// What a shape is and where, in the frame that it stands in.
     fn form(&mut self, node: Node<'a, 'i>, of: &Of<'a, 'i>) -> Option<(Form, Isometry3<f64>)> {
-        let kind = of.text("type").unwrap_or(if of.get("mesh").is_some() { "mesh" } else { "sphere" });
+        let kind = of.text("type").unwrap_or("sphere");
         let size = of.get("size").and_then(|attribute| self.found.numbers(&attribute)).unwrap_or_default();
         let mut pose = self.pose(of);
         if kind == "mesh" {
@@ -185,6 +201,16 @@ impl<'a, 'i: 'a> Reader<'_, 'a, 'i> {
             return Some((form, pose * mesh.place));
         }
         if let Some(name) = of.text("mesh") {
+            if of.get("type").is_none() {
+                let what = "sphere, as in MuJoCo, where it has no `type`; with type=\"mesh\" it is the mesh";
+                self.left_out(format!("a shape of mesh `{name}` is a {what}"));
+            }
+            if kind == "sphere"
+                && !self.compiler.fit_to_bounds
+                && let Some((radius, at)) = self.sphere_of_mesh(node, of, name)
+            {
+                return Some((Form::Sphere(radius), pose * at));
+            }
             self.left_out(format!("a {kind} that MuJoCo fits to mesh `{name}` (`mj_saveLastXML` writes its size)"));
             return None;
         }

@@ -40,7 +40,7 @@ pub(crate) fn read(root: Node<'_, '_>, folder: &Path, options: &Options, found: 
     if found.has_errors() {
         return mechanism;
     }
-    let compiler = Compiler::read(root, folder, &mut mechanism.left_out, found);
+    let compiler = Compiler::read(root, folder, found);
     let classes = Classes::read(root, found);
     classes.check(root, found);
     let meshes = geometry::meshes(root, &compiler, &classes, found);
@@ -165,7 +165,7 @@ impl<'a, 'i: 'a> Reader<'_, 'a, 'i> {
         if node.attribute("mocap") == Some("true") {
             self.left_out(format!("body `{name}`: moved from outside (mocap); it stands still"));
         }
-        if node.attribute("gravcomp").is_some_and(|word| word != "0") {
+        if self.found.number(node.attribute_node("gravcomp")).is_some_and(|share| share != 0.0) {
             self.left_out(format!("body `{name}`: compensation of gravity"));
         }
         let own = self.pose(&Of::alone(node));
@@ -289,7 +289,8 @@ impl<'a, 'i: 'a> Reader<'_, 'a, 'i> {
         let limited = match of.text("limited") {
             Some("true") => true,
             Some("false") => false,
-            _ => self.compiler.auto_limits && range.is_some(),
+            // A class may have limits; an element of it has none with `range="0 0"`.
+            _ => self.compiler.auto_limits && range.is_some_and(|range| range != [0.0; 2]),
         };
         if let Some([lower, upper]) = range.filter(|_| limited) {
             if lower < upper {
