@@ -2,11 +2,12 @@
 //! would be with the numbers of the file written in the scene. The text of the file is added to the source, so that mistakes point
 //! into it and everything that depends on the text of a scene depends on it too.
 //!
-//! A file is CSV: fields between commas, semicolons or tabs, lines that begin with `#` are remarks, the first other line names the
+//! A file is CSV: fields between commas, semicolons, tabs or blanks, lines that begin with `#` are remarks, the first other line names the
 //! columns, `speed [rpm]` with the unit of plain numbers below. Two `columns` are a curve, three a grid; one, or four and more, a list of
-//! their numbers, line by line. Without `columns`, a file of two columns is a curve; of more, a grid with the values of y in its first line
-//! and those of x in its first column.
+//! their numbers, line by line. Without `columns`, the first two are a curve; a file of three and more with numbers in its first line is a
+//! grid with the values of y there and those of x in its first column.
 
+use super::columns;
 use super::dimension::Dimension;
 use super::quantity::Quantity;
 use super::raw::{RawKind, RawTable, RawValue, Spanned};
@@ -108,13 +109,15 @@ fn entries(table: &RawTable, source: &mut Source) -> Found<Entries> {
     }
     let units = texts(table, "units")?;
     let wanted = texts(table, "columns")?;
-    if wanted.is_none() && head.len() > 2 {
+    // Numbers in the first line, however they are written, are no names.
+    let is_number = |field: &Cell| field.text.replace(',', ".").parse::<f64>().is_ok();
+    if wanted.is_none() && head.len() > 2 && head[1..].iter().any(is_number) {
         return matrix(&head, &lines, units);
     }
     check_names(&head, wanted.is_none())?;
     let mut columns: Vec<Column> = head.into_iter().map(column).collect();
     let chosen: Vec<usize> = match &wanted {
-        None => (0..columns.len()).collect(),
+        None => (0..columns.len().min(2)).collect(),
         Some(names) => {
             let known: Vec<&str> = columns.iter().map(|column| column.name.text.as_str()).collect();
             let place = |(wanted, span): &(String, Range<usize>)| {
@@ -169,8 +172,8 @@ fn check_names(head: &[Cell], as_they_stand: bool) -> Found<()> {
         let help = "put a line with names above it, such as `t [s], force [N]`";
         return Err(Box::new(wrong(message, head[0].span.clone()).help(help)));
     }
-    let is_time = |field: &Cell| ["t", "time"].contains(&name_and_unit(&field.text).0.to_ascii_lowercase().as_str());
-    if let [first, second] = head
+    let is_time = |field: &Cell| columns::unit_of_times(&field.text).is_some();
+    if let [first, second, ..] = head
         && as_they_stand
         && is_time(second)
         && !is_time(first)
@@ -312,28 +315,22 @@ fn number(field: &Cell, unit: &str) -> Found<RawValue> {
 
 /// The fields of all lines that are not empty and no remarks.
 fn fields(text: &str, start: usize) -> Vec<Vec<Cell>> {
-    let mut at = 0;
+    let separator = columns::separator(text);
+    let mut at = start;
     let mut found: Vec<Vec<Cell>> = Vec::new();
-    let mut mark = None;
     for line in text.split_inclusive('\n') {
         let from = at;
         at += line.len();
-        // What some programs write in front of UTF-8.
-        let content = line.trim_start_matches('\u{feff}').trim();
-        if content.is_empty() || content.starts_with('#') {
+        if columns::content(line).is_none() {
             continue;
         }
-        let mark = *mark.get_or_insert_with(|| [';', '\t'].into_iter().find(|c| line.contains(*c)).unwrap_or(','));
-        let mut begin = from;
-        let mut list = Vec::new();
-        for field in line.split(mark) {
-            let trimmed = field.trim_matches(|c: char| c.is_whitespace() || c == '\u{feff}');
-            let offset = begin + (trimmed.as_ptr() as usize - field.as_ptr() as usize);
-            begin += field.len() + mark.len_utf8();
-            let text = trimmed.trim_matches('"').trim().to_owned();
-            list.push(Cell { text, span: start + offset..start + offset + trimmed.len() });
-        }
-        found.push(list);
+        let cell = |range: Range<usize>| {
+            let field = &line[range.clone()];
+            let trimmed = field.trim_matches(|c: char| c.is_whitespace() || c == columns::BYTE_ORDER_MARK);
+            let offset = from + range.start + (trimmed.as_ptr() as usize - field.as_ptr() as usize);
+            Cell { text: trimmed.trim_matches('"').trim().to_owned(), span: offset..offset + trimmed.len() }
+        };
+        found.push(columns::fields(line, separator).into_iter().map(cell).collect());
     }
     found
 }

@@ -59,6 +59,7 @@
 //! ```
 
 mod bodies;
+mod columns;
 mod dimension;
 mod elements;
 mod expression;
@@ -91,6 +92,7 @@ mod verification;
 mod tests;
 
 pub use bodies::{GROUND, PointMass};
+pub use columns::{column_of_times, unit_of_times, with_commas};
 pub use dimension::Dimension;
 pub use formula::Formula;
 pub use overrides::Override;

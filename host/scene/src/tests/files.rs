@@ -80,6 +80,33 @@ fn a_curve_of_a_file_is_the_curve_that_is_written() {
     assert_eq!(curve(&folder.scene(given).unwrap()), curve(&written));
 }
 
+/// Of a file of more columns without `columns` the first two are a curve; a function of two variables says that it needs three.
+#[test]
+fn the_first_two_columns_are_a_curve() {
+    let folder = Folder::new("first-two");
+    let written = folder.scene("{ points = [[0, \"5 N m\"], [180, 2.5]] }").unwrap();
+    folder.file("three.csv", "angle,torque [N m],note\n0,5,1\n180,2.5,1\n");
+    let three = folder.scene("{ file = \"three.csv\" }").unwrap_or_else(|rejected| panic!("{}", rejected.rendered()));
+    assert_eq!(curve(&three), curve(&written));
+    let units = folder.scene("{ file = \"three.csv\", units = [\"deg\", \"N m\"] }").unwrap();
+    assert_eq!(curve(&units), curve(&written));
+    let error = three.surface(parameter(&three), "p", [None; 3]).expect_err("a curve");
+    assert!(error.help.iter().any(|help| help.contains("name three columns")), "{error:?}");
+}
+
+/// Blanks stand between fields where nothing else does; a unit belongs to the name before it, and one column has names of several words.
+#[test]
+fn blanks_separate_columns() {
+    let folder = Folder::new("blanks");
+    let written = folder.scene("{ points = [[0, \"5 N m\"], [180, 2.5]] }").unwrap();
+    folder.file("blanks.csv", "# a motor\n  angle [turn]   torque [N m]\n0     5\n 0.5   2.5  \n");
+    let blanks = folder.scene("{ file = \"blanks.csv\" }").unwrap_or_else(|rejected| panic!("{}", rejected.rendered()));
+    assert_eq!(curve(&blanks), curve(&written));
+    folder.file("list.csv", "the force [N]\n5\n2.5\n");
+    let list = folder.scene("{ file = \"list.csv\", columns = [\"the force\"] }").unwrap();
+    assert_eq!(parameter(&list).as_array().unwrap().len(), 2);
+}
+
 #[test]
 fn a_grid_of_a_file_is_the_grid_that_is_written() {
     let folder = Folder::new("grid");
@@ -113,7 +140,11 @@ fn mistakes_point_into_the_file() {
         ("a,b,c\n1,2,3\n1,2,4\n", columns, "the point 1, 2 is there twice", "f.csv:3:1"),
         ("a,b,c\n1,2,3\n2,2,4\n1,3,4\n", columns, "has no value at 2, 3", "scene.toml"),
         ("a,b,d\n1,2,3\n", columns, "has no column `c`", "scene.toml"),
-        ("a,b,c\n1,2,3\n", "{ file = \"f.csv\" }", "`b` is no number", "f.csv:1:3"),
+        ("a,1,c\n1,2,3\n", "{ file = \"f.csv\" }", "`c` is no number", "f.csv:1:5"),
+        ("a;b;1,5\n1;2;3\n", "{ file = \"f.csv\" }", "`b` is no number", "f.csv:1:3"),
+        ("force [N],t [s],x\n1,0,3\n2,1,3\n", "{ file = \"f.csv\" }", "is the second column", "f.csv:1:11"),
+        ("a b\n0 1\n1 2 3\n", "{ file = \"f.csv\" }", "this line has 3 fields, the first one has 2", "f.csv:3:1"),
+        ("a  b\n0  1\n 1   x\n", "{ file = \"f.csv\" }", "`x` is no number", "f.csv:3:6"),
         (
             "a,b\n1,2\n",
             "{ file = \"f.csv\", points = [[0, 1]] }",
