@@ -17,7 +17,7 @@ use crate::analysis::{Evaluator, start_inputs};
 use crate::diagnostics::{Diagnostic, codes, help_for};
 use crate::linear::refuse;
 use crate::model::{Level, Model, Quantity};
-use crate::scene::{Dimension, name_and_unit, number_and_unit, parse_unit};
+use crate::scene::{Dimension, column_of_times, name_and_unit, number_and_unit, parse_unit, with_commas};
 use crate::session::{Session, SessionError};
 
 /// A quantity with its unit.
@@ -166,6 +166,7 @@ impl Motion {
         follow: Option<&[String]>,
         wrong: &dyn Fn(String) -> SessionError,
     ) -> Result<Self, SessionError> {
+        let text = with_commas(text);
         let mut reader =
             csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(text.as_bytes());
         let header = reader.headers().map_err(|error| wrong(error.to_string()))?.clone();
@@ -175,7 +176,7 @@ impl Motion {
         {
             return Err(wrong(format!("two columns are called `{}`", &header[k])));
         }
-        let time = cells.iter().position(|(name, primes, _)| (name == "t" || name == "time") && *primes == 0);
+        let time = column_of_times(&header.iter().collect::<Vec<_>>());
         let time = time.ok_or_else(|| wrong("no column is called `t` or `time`".into()))?;
         if let Some(name) = follow.and_then(|names| names.iter().find(|name| !cells.iter().any(|one| one.0 == **name)))
         {

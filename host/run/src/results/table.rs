@@ -4,14 +4,11 @@ use std::fs::{self, File};
 use std::io::{self, Read, Seek, SeekFrom};
 use std::path::Path;
 
-use odyn_scene::name_and_unit;
+use odyn_scene::{column_of_times, unit_of_times, with_commas};
 use serde::Deserialize;
 
 use super::seal::checksum_of_file;
 use super::{RESULTS_FILE, ResultsError, SUMMARY_FILE};
-
-/// Names of the column of times.
-const TIME_NAMES: [&str; 2] = ["t", "time"];
 
 /// Numbers of a table that are kept, all columns together; 8 bytes each.
 const MOST_NUMBERS: usize = 100_000_000;
@@ -35,7 +32,8 @@ pub struct Table {
 
 impl Table {
     /// Reads a table: lines that start with `#` and empty lines are skipped; the first other line has the names, one of
-    /// them `t` or `time`; every further line has a number per column. In a folder of results, a last line without an end is
+    /// them `t` or `time`; every further line has a number per column. Between them are commas; or semicolons, tabs or blanks, in tables
+    /// of up to 64 MB. In a folder of results, a last line without an end is
     /// skipped: a run that is killed may leave a part of one.
     ///
     /// The `results.csv` of a run that has ended is what its run wrote: `summary.json` beside it has the checksum.
@@ -76,7 +74,13 @@ impl Table {
     ) -> Result<Self, ResultsError> {
         let table = Self::read_any(path, most, longest, wanted)?;
         match &table.time_unit {
-            Some(unit) => Err(not_a_table(path, None, format!("its times have a unit of their own, `{unit}`"))),
+            Some(unit) => Err(not_a_table(
+                path,
+                None,
+                format!(
+                    "its times have a unit of their own, `{unit}`; here they are in that of the other table, under `t` alone"
+                ),
+            )),
             None => Ok(table),
         }
     }
@@ -101,18 +105,25 @@ impl Table {
             ));
         }
         let mut file = open().map_err(unreadable)?;
+        let cut = file.limit() == longest;
         let length = file.get_ref().metadata().ok().filter(fs::Metadata::is_file).map_or(u64::MAX, |data| data.len());
         if length < SHORT.min(longest) {
             // One more, so that the end of the file is seen without room for what follows.
             let mut text = String::with_capacity(length as usize + 1);
-            if file.read_to_string(&mut text).is_ok()
-                && let Some(table) = Self::of_plain(&text, most, wanted)
-            {
-                return Ok(table);
+            if file.read_to_string(&mut text).is_ok() {
+                let text = with_commas(&text);
+                return match Self::of_plain(&text, most, wanted) {
+                    Some(table) => Ok(table),
+                    None => Self::of_any(path, text.as_bytes(), most),
+                };
             }
             file = open().map_err(unreadable)?;
         }
-        Self::of_any(path, file, longest, most)
+        let table = Self::of_any(path, &mut file, most)?;
+        if cut && file.limit() == 0 {
+            return Err(not_a_table(path, None, format!("it is longer than {longest:e} bytes")));
+        }
+        Ok(table)
     }
 
     /// A table without quotes or mistakes; `None` where there is more to be said of it.
@@ -153,9 +164,8 @@ impl Table {
     }
 
     /// Any table, or what is wrong with it.
-    fn of_any(path: &Path, file: io::Take<File>, longest: u64, most: usize) -> Result<Self, ResultsError> {
-        let cut = file.limit() == longest;
-        let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::Headers).from_reader(file);
+    fn of_any(path: &Path, text: impl Read, most: usize) -> Result<Self, ResultsError> {
+        let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::Headers).from_reader(text);
         let header = reader.headers().map_err(|error| csv_error(path, error))?;
         let names: Vec<String> = header.iter().map(str::to_owned).collect();
         let key = key_column(&names).map_err(|reason| not_a_table(path, None, reason))?;
@@ -172,16 +182,15 @@ impl Table {
                 let Ok(field) = std::str::from_utf8(field) else {
                     return Err(not_a_table(path, line, "it is not UTF-8 text".into()));
                 };
-                let number = field
-                    .trim()
-                    .parse::<f64>()
-                    .map_err(|_| not_a_table(path, line, format!("`{name}` is `{}`, not a number", field.trim())));
+                let field = field.trim();
+                let number = field.parse::<f64>().map_err(|_| {
+                    let comma = field.replace(',', ".").parse::<f64>().is_ok();
+                    let decimals = if comma { "; decimals follow a point, `1.5`" } else { "" };
+                    not_a_table(path, line, format!("`{name}` is `{field}`, not a number{decimals}"))
+                });
                 column.push(number?);
             }
             check_order(&columns[key]).map_err(|reason| not_a_table(path, line, reason))?;
-        }
-        if cut && reader.get_ref().limit() == 0 {
-            return Err(not_a_table(path, None, format!("it is longer than {longest:e} bytes")));
         }
         Ok(Self::of_columns(names, key, columns))
     }
@@ -238,20 +247,12 @@ fn whole_lines(file: &mut File) -> io::Result<u64> {
     Ok(end)
 }
 
-/// The unit behind the name of times, if it is one.
-fn unit_of_times(header: &str) -> Option<Option<&str>> {
-    let (name, unit) = name_and_unit(header);
-    TIME_NAMES.contains(&name).then_some(unit)
-}
-
 /// Which column has the times; the error says what is wrong with the names.
 fn key_column(names: &[String]) -> Result<usize, String> {
     if let Some(name) = names.iter().enumerate().find_map(|(k, name)| names[..k].contains(name).then_some(name)) {
         return Err(format!("two columns are called `{name}`"));
     }
-    let exact = TIME_NAMES.iter().find_map(|wanted| names.iter().position(|name| name == wanted));
-    let found = exact.or_else(|| names.iter().position(|name| unit_of_times(name).is_some()));
-    found.ok_or_else(|| match names {
+    column_of_times(names).ok_or_else(|| match names {
         [] => "it is empty".into(),
         _ => "no column is called `t` or `time`".into(),
     })

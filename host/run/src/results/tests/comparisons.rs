@@ -25,6 +25,40 @@ fn comments_blanks_and_many_digits_are_read() {
     assert_eq!(table.column("t"), None);
 }
 
+/// Tables of other programs and of hands: their separators, and their names of times. Decimals follow a point.
+#[test]
+fn tables_of_other_programs_are_read() {
+    let scratch = Scratch::new("others");
+    let read =
+        |text: &str| Table::measured(&scratch.file("t.csv", text)).unwrap_or_else(|error| panic!("{text:?}: {error}"));
+    for (text, unit) in [
+        ("t;x [mm]\n0;1\n0.5;2\n", None),
+        ("t\tx [mm]\r\n0\t1\r\n0.5\t2\r\n", None),
+        ("# remark\n\nt   x [mm]\n0   1\n 0.5 2\n", None),
+        ("\u{feff}Time [s]  x [mm]\n0   1\n 0.5 2\n", Some("s")),
+        ("Time,x [mm]\n0,1\n0.5,2\n", None),
+        ("Time [s],\"x [mm]\"\n0,1\n0.5,2\n", Some("s")),
+        ("T [ms];\"x [mm]\"\n\"0\";1\n0.5;2\n", Some("ms")),
+    ] {
+        let table = read(text);
+        assert_eq!((table.times.as_slice(), table.time_unit.as_deref()), ([0.0, 0.5].as_slice(), unit), "{text:?}");
+        assert_eq!(
+            (table.names.as_slice(), table.columns.as_slice()),
+            (["x [mm]".into()].as_slice(), [vec![1.0, 2.0]].as_slice())
+        );
+    }
+    // Temperatures are no times, and are beside them.
+    assert_eq!(read("T,t\n300,0\n301,1\n").times, [0.0, 1.0]);
+    assert!(refused("temperature", "T [K],x\n1,2\n").ends_with("no column is called `t` or `time`"));
+    let decimals =
+        "`DIR/t.csv` (line 2) is not a table of results: `t` is `0,5`, not a number; decimals follow a point, `1.5`";
+    assert_eq!(refused("decimals", "t;x\n0,5;1\n"), decimals);
+    assert!(
+        refused("short-blanks", "t x\n0 1\n1\n")
+            .ends_with("(line 3) is not a table of results: 1 columns instead of 2")
+    );
+}
+
 /// Plain tables are split at their commas; a quoted name makes the general reader read the same numbers.
 #[test]
 fn plain_tables_have_the_numbers_of_quoted_ones() {
