@@ -92,4 +92,9 @@ fn loads_are_written_for_finite_elements() {
     let ran = scratch.odyn("loads brick.toml --body brock").ends_with(3);
     assert!(ran.err().contains("did you mean `brick`?"), "{}", ran.err());
     scratch.odyn("loads brick.toml --body brick --at soon").ends_with(2);
+    for wrong in
+        ["--first-node 0", "--first-node -1", "--first-node 99999999999", "--elset 1", "--elset a,b", "--elset ="]
+    {
+        scratch.odyn(&format!("loads brick.toml --body brick --format calculix {wrong}")).ends_with(2);
+    }
 }

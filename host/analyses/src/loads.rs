@@ -24,6 +24,10 @@ use crate::session::{Instant, Session, SessionError};
 
 /// A peak counts from this share of the largest force, or moment, on.
 const PEAK: f64 = 1e-6;
+/// What is nearer to the largest than this share of it is as large, but for round-off.
+const ALIKE: f64 = 1e-9;
+/// Characters of names of node sets that come from an element; CalculiX reads 80.
+const LONGEST_NAME: usize = 64;
 
 /// Where an element holds or loads a body.
 #[derive(Debug, Clone, Serialize)]
@@ -259,7 +263,8 @@ pub fn loads(
     Ok(found)
 }
 
-/// The peaks of loads: for each attachment the cases of the largest force and the largest moment, each time once.
+/// The peaks of loads: for each attachment the cases of the largest force and the largest moment, each time once. Of what is constant
+/// but for round-off that is the first.
 #[must_use]
 pub fn peaks(loads: &Loads, cases: &[Case]) -> Vec<Case> {
     let size = |of: &[f64; 3]| of.iter().map(|x| x * x).sum::<f64>().sqrt();
@@ -276,8 +281,11 @@ pub fn peaks(loads: &Loads, cases: &[Case]) -> Vec<Case> {
                 let wrench = &case.wrenches[k];
                 size(if moment { &wrench.moment } else { &wrench.force })
             };
-            let largest = (0..cases.len()).max_by(|a, b| of(&cases[*a]).total_cmp(&of(&cases[*b])));
-            let Some(at) = largest.filter(|at| of(&cases[*at]) > least[usize::from(moment)]) else { continue };
+            let largest = cases.iter().map(of).fold(0.0, f64::max);
+            if largest <= least[usize::from(moment)] {
+                continue;
+            }
+            let Some(at) = cases.iter().position(|case| of(case) >= (1.0 - ALIKE) * largest) else { continue };
             let why = format!("largest {} of {}", if moment { "moment" } else { "force" }, attachment.element);
             match chosen.iter_mut().find(|(place, _)| *place == at) {
                 Some((_, own)) => {
@@ -291,6 +299,9 @@ pub fn peaks(loads: &Loads, cases: &[Case]) -> Vec<Case> {
     chosen.sort_by_key(|(at, _)| *at);
     chosen.into_iter().map(|(at, why)| Case { why, ..cases[at].clone() }).collect()
 }
+
+/// The node set that takes the moment of angular acceleration.
+const EULER: &str = "N_EULER";
 
 /// A set of units in which a finite-element model is written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -348,6 +359,23 @@ impl Loads {
         text
     }
 
+    /// A node set for each attachment, all different: CalculiX does not tell small letters from capitals.
+    fn node_sets(&self) -> Vec<String> {
+        let mut names = vec![EULER.to_owned()];
+        for attachment in &self.attachments {
+            let usable = |c: char| if c.is_ascii_alphanumeric() { c.to_ascii_uppercase() } else { '_' };
+            let mut name: String =
+                "N_".chars().chain(attachment.element.chars().map(usable)).take(LONGEST_NAME).collect();
+            if self.attachments.iter().filter(|one| one.element == attachment.element).count() > 1 {
+                let _ = write!(name, "_{}", attachment.frame);
+            }
+            let others = (2..).map(|count| format!("{name}_{count}"));
+            let free = std::iter::once(name.clone()).chain(others).find(|free| !names.contains(free));
+            names.extend(free);
+        }
+        names.split_off(1)
+    }
+
     /// Reference nodes with rigid bodies on node sets of the mesh, and a static step per case: `*CLOAD` at the reference nodes,
     /// gravity and centrifugal loads on an element set (CalculiX CrunchiX User's Manual 2.20, `*RIGID BODY`, `*DLOAD`). The first text is
     /// for the part of the input file before its steps, the others for its end, one for each job:
@@ -356,20 +384,8 @@ impl Loads {
     pub fn calculix(&self, units: Consistent, elements: &str, first_node: usize) -> (String, Vec<String>) {
         let l = units.length();
         let center = self.center_of_mass.map(|x| x * l);
-        let mut names: Vec<String> = Vec::new();
-        for (k, attachment) in self.attachments.iter().enumerate() {
-            let mut name: String = attachment
-                .element
-                .chars()
-                .map(|c| if c.is_ascii_alphanumeric() { c.to_ascii_uppercase() } else { '_' })
-                .collect();
-            let twice = self.attachments.iter().enumerate().any(|(j, one)| j != k && one.element == attachment.element);
-            if twice {
-                name = format!("{name}_{}", attachment.frame);
-            }
-            names.push(format!("N_{name}"));
-        }
-        names.push("N_EULER".into());
+        let mut names = self.node_sets();
+        names.push(EULER.into());
         let mut head = format!(
             "** Loads on `{}`: reference nodes in the frame of the body. Units: {}.\n\
              ** Define a node set of the mesh for each: the surface that the joint or force takes hold of.\n\
@@ -381,6 +397,9 @@ impl Loads {
         for (k, (point, name)) in points.zip(&names).enumerate() {
             let node = first_node + 2 * k;
             let [x, y, z] = point;
+            if let Some(Attachment { element, kind, frame, .. }) = self.attachments.get(k) {
+                let _ = writeln!(head, "** {name}: {kind} `{element}`, frame {frame}");
+            }
             let _ = write!(
                 head,
                 "*NODE, NSET=REF{name}\n{node}, {x:.12e}, {y:.12e}, {z:.12e}\n{}, {x:.12e}, {y:.12e}, {z:.12e}\n\
@@ -436,5 +455,69 @@ impl Loads {
         };
         let steps = self.cases.iter().map(step).collect();
         (head, steps)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Loads whose attachments have these elements, with a moment of each at some times, s.
+    fn of(elements: &[(&str, usize)], moments: &[&[f64]]) -> Loads {
+        let attachment = |(element, frame): &(&str, usize)| Attachment {
+            element: (*element).into(),
+            kind: "force".into(),
+            frame: *frame,
+            point: [0.0; 3],
+        };
+        let none = Wrench { force: [0.0; 3], moment: [0.0; 3] };
+        let case = |(k, moments): (usize, &&[f64])| Case {
+            time: k as f64,
+            why: "asked for".into(),
+            wrenches: moments.iter().map(|moment| Wrench { moment: [0.0, *moment, 0.0], ..none }).collect(),
+            field: [0.0; 3],
+            weight: [0.0; 3],
+            inertia: none,
+            spin: [0.0; 3],
+            euler: [0.0; 3],
+            left: [0.0; 2],
+        };
+        Loads {
+            body: "body".into(),
+            mass: 1.0,
+            center_of_mass: [0.0; 3],
+            inertia: [[0.0; 3]; 3],
+            attachments: elements.iter().map(attachment).collect(),
+            cases: moments.iter().enumerate().map(case).collect(),
+            notes: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn what_is_constant_has_its_peak_at_the_start() {
+        let moments: [&[f64]; 4] = [&[2.0, 1.0], &[2.0 + 5e-16, 3.0], &[2.0 - 4e-16, 3.0 + 1e-6], &[2.0 + 9e-16, 3.0]];
+        let loads = of(&[("twist", 2), ("spring", 2)], &moments);
+        let found: Vec<(f64, String)> =
+            peaks(&loads, &loads.cases).into_iter().map(|case| (case.time, case.why)).collect();
+        let expected = [(0.0, "largest moment of twist".to_owned()), (2.0, "largest moment of spring".to_owned())];
+        assert_eq!(found, expected);
+    }
+
+    #[test]
+    fn node_sets_are_all_different() {
+        let long = "x".repeat(100);
+        let elements =
+            [("Ball", 1), ("ball", 2), ("euler", 1), ("a-b", 1), ("a_b", 1), ("a_b_2", 1), ("rod", 1), ("rod", 2)];
+        let elements: Vec<(&str, usize)> = elements.into_iter().chain([(long.as_str(), 1)]).collect();
+        let loads = of(&elements, &[]);
+        let names = loads.node_sets();
+        let expected = ["N_BALL", "N_BALL_2", "N_EULER_2", "N_A_B", "N_A_B_2", "N_A_B_2_2", "N_ROD_1", "N_ROD_2"];
+        assert_eq!(names[..8], expected);
+        assert!(names.iter().all(|name| name.len() <= 72), "{names:?}");
+        let (head, _) = loads.calculix(Consistent::Metres, "EALL", 1);
+        for said in ["** N_BALL_2: force `ball`, frame 2\n*NODE, NSET=REFN_BALL_2\n3, ", "NSET=N_EULER, REF NODE=19, "]
+        {
+            assert!(head.contains(said), "{said}: {head}");
+        }
     }
 }

@@ -126,10 +126,10 @@ pub(super) struct LoadsArgs {
     #[arg(long, value_enum, default_value = "mm")]
     pub(super) units: LoadsUnits,
     /// Element set of the mesh that has the body's mass
-    #[arg(long, value_name = "NAME", default_value = "EALL")]
+    #[arg(long, value_name = "NAME", default_value = "EALL", value_parser = set_name)]
     pub(super) elset: String,
     /// Number of the first reference node: above those of the mesh
-    #[arg(long, value_name = "N", default_value_t = 900_001)]
+    #[arg(long, value_name = "N", default_value_t = 900_001, value_parser = node)]
     pub(super) first_node: usize,
     /// Folder of the results [default: results/NAME-loads of the scene file]
     #[arg(short, long, value_name = "DIR")]
@@ -165,4 +165,20 @@ pub(super) struct BalanceArgs {
     /// Print errors only
     #[arg(short, long)]
     pub(super) quiet: bool,
+}
+
+/// A name of a set, as CalculiX reads it.
+fn set_name(text: &str) -> Result<String, String> {
+    let is_usable = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-' | '.');
+    let begins = text.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_');
+    if begins && text.len() <= 80 && text.chars().all(is_usable) {
+        return Ok(text.to_owned());
+    }
+    Err("not a name of a set: a letter, then letters, digits, `_`, `-` and `.`, 80 at most".into())
+}
+
+/// A number of a node.
+fn node(text: &str) -> Result<usize, String> {
+    let node = text.parse().ok().filter(|node| (1..=1_000_000_000).contains(node));
+    node.ok_or_else(|| "not a number of a node: a whole number from 1 to 1000000000".into())
 }
