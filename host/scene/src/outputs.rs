@@ -106,7 +106,7 @@ fn read_figure(record: &Record<'_>, names: &mut NamesTaken, reader: &mut Reader<
         over,
         from: from.map(|time| time.value),
         published: published.map(|number| number.value),
-        unit: unit.map(|text| text.value).unwrap_or_default(),
+        unit: unit.unwrap_or_else(|| Spanned::new(String::new(), record.table.span.clone())),
         note: note.map(|text| text.value).unwrap_or_default(),
         span: record.table.span.clone(),
     })

@@ -405,7 +405,7 @@ pub struct FigureRecord {
     /// Published number in scene units of the channel.
     pub published: Option<f64>,
     /// Unit to print; empty for the channel's own.
-    pub unit: String,
+    pub unit: Spanned<String>,
     /// Remark to print; may be empty.
     pub note: String,
     /// Byte range of the header.

@@ -88,15 +88,28 @@ fn check_figures(scene: &Scene, channels: &[Channel], found: &mut Vec<Diagnostic
         }
         // The numbers of signals have no unit but in the mind of who wrote the scene; a quotient has none.
         if let (Some(channel), None) = (channel(&figure.channel.value), &figure.over)
-            && !figure.unit.is_empty()
-            && let Ok((dimension, factor)) = parse_unit(&figure.unit)
+            && !figure.unit.value.is_empty()
             && channel.dimension != Dimension::DIMENSIONLESS
-            && !(channel.dimension.compatible(dimension) && (factor / channel.factor - 1.0).abs() < 1e-12)
         {
-            let message = format!("the figure `{}` is in {}, not in {}", figure.name.value, channel.unit, figure.unit);
+            let Spanned { value: unit, span } = &figure.unit;
+            let diagnostic = match parse_unit(unit) {
+                Ok((dimension, factor))
+                    if channel.dimension.compatible(dimension) && (factor / channel.factor - 1.0).abs() < 1e-12 =>
+                {
+                    continue;
+                }
+                Ok(_) => {
+                    let name = &figure.name.value;
+                    Diagnostic::error(
+                        codes::FIGURE_UNIT,
+                        format!("the figure `{name}` is in {}, not in {unit}", channel.unit),
+                    )
+                }
+                Err(error) => Diagnostic::error(error.code, error.message).help_if(error.help),
+            };
             found.push(
-                Diagnostic::error(codes::FIGURE_UNIT, message)
-                    .at(figure.span.clone(), format!("it has the unit of `{}`", channel.name))
+                diagnostic
+                    .at(span.clone(), format!("it has the unit of `{}`", channel.name))
                     .help(format!("unit = \"{}\", or none", channel.unit)),
             );
         }

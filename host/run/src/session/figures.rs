@@ -58,9 +58,9 @@ impl Session {
                 if record.over.is_some() { String::new() } else { samplings.channels[channel].unit.clone() }
             };
             let (value, unit, problem) = match computed {
-                Ok((value, channel)) if record.unit.is_empty() => (Some(value), own_unit(channel), None),
-                Ok((value, _)) => (Some(value), record.unit.clone(), None),
-                Err(problem) => (None, record.unit.clone(), Some(problem)),
+                Ok((value, channel)) if record.unit.value.is_empty() => (Some(value), own_unit(channel), None),
+                Ok((value, _)) => (Some(value), record.unit.value.clone(), None),
+                Err(problem) => (None, record.unit.value.clone(), Some(problem)),
             };
             results.push(FigureResult {
                 name: record.name.value.clone(),
