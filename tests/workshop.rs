@@ -138,7 +138,7 @@ fn every_fault_is_told_in_words() {
         .elements()
         .map(|element| workshop::examine(&element, &Given::default(), &[]).expect("no parameters are needed"))
         .collect();
-    assert_eq!(verdicts.len(), 19);
+    assert_eq!(verdicts.len(), 20);
     let sound: Vec<&str> = verdicts.iter().filter(|v| v.passed()).map(|v| v.element.as_str()).collect();
     assert_eq!(sound, ["faulty-plugin/sound", "faulty-plugin/sound-spring"]);
     insta::assert_snapshot!(verdicts.iter().map(found).collect::<String>());

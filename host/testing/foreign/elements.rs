@@ -389,6 +389,38 @@ impl Force for Echo {
     }
 }
 
+/// Units that are not those of SI, or none.
+pub struct InMillimetres(InMillimetresParameters);
+
+#[derive(Parameters)]
+pub struct InMillimetresParameters {
+    /// Force per elongation.
+    #[param(unit = "N/mm")]
+    stiffness: f64,
+    /// Force over a displacement.
+    #[param(unit = "mm -> N")]
+    force: Option<Function>,
+}
+
+impl Element for InMillimetres {
+    const NAME: &'static str = "in-millimetres";
+    const SUMMARY: &'static str = "declares units that numbers do not come in";
+    const FRAMES: &'static [FrameSpec] = SINGLE;
+    type Parameters = InMillimetresParameters;
+    fn new(p: InMillimetresParameters) -> Result<Self, ParamError> {
+        Ok(Self(p))
+    }
+}
+
+impl Force for InMillimetres {
+    const CHANNELS: &'static [ChannelSpec] = &[ChannelSpec::new("pull", "Newton", "of the spring")];
+    fn wrench<S: Scalar>(&self, _: &Motion<'_, S>, _: &mut Wrenches<'_, S>) {}
+    fn channels<S: Scalar>(&self, _: &Motion<'_, S>, out: &mut Values<'_, S>) {
+        let force = self.0.force.as_ref().map_or(S::zero(), |force| force.at(S::one()));
+        out.push(force + self.0.stiffness);
+    }
+}
+
 plain_element!(Forgetful, "forgetful", PAIR);
 
 impl Constraint for Forgetful {

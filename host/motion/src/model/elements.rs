@@ -12,7 +12,7 @@ use rustc_hash::FxHashMap;
 use super::bodies::{Bodies, Target, quoted};
 use super::together::{needs_distance, origins, together};
 use super::types::{Body, Instance, Marker, rotation};
-use super::{fmus, idle, inertia, margins, parameters, tables};
+use super::{declared, fmus, idle, inertia, margins, parameters, tables};
 use crate::catalog::{Catalog, ElementHandle, LibraryInfo, fault_code};
 use crate::diagnostics::{Diagnostic, codes, suggest};
 use crate::scene::{ElementKind, ElementRecord, LocalFrame, Placement, Scene};
@@ -50,6 +50,7 @@ pub(super) fn resolve(
         named: FxHashMap::default(),
     };
     let mut idle = idle::Found::default();
+    let mut judged: FxHashMap<String, bool> = FxHashMap::default();
     for record in scene.elements.iter().filter(|record| record.enabled) {
         let before = found.len();
         let handle = class_of(scene, record, catalog, found);
@@ -62,6 +63,15 @@ pub(super) fn resolve(
             .filter_map(|name| bodies.find(name).map_err(|diagnostic| found.push(diagnostic)).ok())
             .collect();
         let Some(handle) = handle else { continue };
+        let sound = *judged.entry(handle.full_name()).or_insert_with(|| {
+            let refused = declared::refused(record, &handle);
+            let sound = refused.is_empty();
+            found.extend(refused);
+            sound
+        });
+        if !sound {
+            continue;
+        }
         let class = handle.descriptor();
         let mut table = parameters::resolve(
             scene,

@@ -16,6 +16,7 @@
 //! | `inertia.rs` | kinetic energies that elements bring |
 //! | `catalogue.rs` | rows of recommended parameters that libraries bring along |
 //! | `parameters.rs` | parameters against their descriptions |
+//! | `declared.rs` | units that elements declare |
 //! | `doubtful.rs` | what is valid and most probably not meant |
 //! | `idle.rs` | parameters that are written and change nothing |
 //! | `tables.rs` | curves that leave their points, or that no joint can follow |
@@ -30,6 +31,7 @@ mod behind;
 mod bodies;
 mod catalogue;
 mod channels;
+mod declared;
 mod doubtful;
 mod elements;
 mod fmus;
@@ -57,6 +59,7 @@ use crate::scene::Scene;
 
 pub use behind::{conditions, operations_behind, rows};
 pub use catalogue::Catalogue;
+pub use declared::{DeclaredUnit, declared_units};
 pub(crate) use inertia::NO_ARM;
 pub use inertia::{FramePose, flexible_diagonals, loads_along, mass_at};
 pub use margins::{Watched, WatchedValue};

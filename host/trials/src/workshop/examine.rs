@@ -13,6 +13,7 @@ use super::cost::{Cost, measure};
 use super::values::{BadValues, Given, Value, complete};
 use crate::catalog::ElementHandle;
 use crate::diagnostics::{Diagnostic, codes, help_for};
+use crate::model;
 
 /// A check that its author says does not apply.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -109,6 +110,7 @@ impl Verdict {
 pub fn examine(element: &ElementHandle, given: &Given, exempt: &[Exemption]) -> Result<Verdict, BadValues> {
     let descriptor = element.descriptor();
     let (full_name, kind, opaque) = (element.full_name(), descriptor.kind.word(), descriptor.opaque);
+    let units = declared_units(descriptor);
     let (mut params, values) = match complete(descriptor, given) {
         Ok(found) => found,
         // Nobody gave a wrong value, so the description is wrong.
@@ -124,7 +126,7 @@ pub fn examine(element: &ElementHandle, given: &Given, exempt: &[Exemption]) -> 
                 kind,
                 opaque,
                 parameters: Vec::new(),
-                checks: vec![check],
+                checks: vec![units, check],
                 cost: None,
             });
         }
@@ -139,7 +141,7 @@ pub fn examine(element: &ElementHandle, given: &Given, exempt: &[Exemption]) -> 
     let between = descriptor.frame_counts().1 > 1;
     let options = Options { internal: between, invariant: between, ..Options::default() };
     let class = || Box::new(Shared(Arc::clone(&element.class)));
-    let mut checks = vec![panic_fence(element.class.as_ref(), &params)];
+    let mut checks = vec![units, panic_fence(element.class.as_ref(), &params)];
     // The kit is made for the tests of an author and stops on what it does not expect.
     match fenced(|| examine_class(class(), &text, &options)) {
         Ok(report) => checks.extend(report.examined.iter().map(|check| {
@@ -188,6 +190,15 @@ fn advised(detail: &str) -> String {
 pub fn cost(element: &ElementHandle) -> Option<Cost> {
     let (params, _) = complete(element.descriptor(), &Given::default()).ok()?;
     fenced(|| measure(element.class.as_ref(), &params)).ok().flatten()
+}
+
+/// What scenes refuse before they create an element.
+fn declared_units(descriptor: &Descriptor) -> CheckVerdict {
+    let told = |unit: model::DeclaredUnit| format!("{}; {}", unit.message, unit.remedy);
+    let findings: Vec<String> = model::declared_units(descriptor).into_iter().map(told).collect();
+    let outcome = if findings.is_empty() { Outcome::Ok } else { Outcome::Failed };
+    let meaning = "units are declared in SI, in which numbers reach elements and come from them";
+    CheckVerdict { check: "units", meaning, outcome, findings }
 }
 
 /// A call that no author provides for must come back as an error, and leave everything as it was.

@@ -89,6 +89,35 @@ fn each_mistake_has_one_message_at_its_place() {
 }
 
 #[test]
+fn units_that_numbers_do_not_come_in_are_refused_once_by_name() {
+    let one = force("type = \"in-millimetres\"; bodies = [\"a\"]");
+    let another = one.replace("\"f\"", "\"g\"");
+    let another = &another[another.find("[[force]]").unwrap()..];
+    let output = "[[output]]\nname = \"o\"\nquantity = \"value\"\nof = \"f\"\nchannel = \"pull\"\n";
+    let found = resolved(&format!("{one}{another}{output}")).err().unwrap();
+    let told: Vec<(&str, &str)> = found.iter().map(|d| (d.message.as_str(), d.help[0].as_str())).collect();
+    let of = "`foreign/in-millimetres`: its";
+    assert_eq!(
+        told,
+        [
+            (
+                &*format!("{of} parameter `stiffness` is declared in `N/mm`, but numbers reach elements in SI"),
+                "declare `N/m` and compute in it; scenes may still write `\"5 N/mm\"`"
+            ),
+            (
+                &*format!("{of} parameter `force` is declared in `mm`, but numbers reach elements in SI"),
+                "declare `m` and compute in it; scenes may still write `\"5 mm\"`"
+            ),
+            (
+                &*format!("{of} channel `pull` is declared in `Newton`, which can't be read: unknown unit `Newton`"),
+                "did you mean `N`?"
+            ),
+        ]
+    );
+    assert!(found.iter().all(|d| d.code == codes::PLUGIN_MISBEHAVED && d.span().is_some()));
+}
+
+#[test]
 fn an_inertia_that_no_body_has_is_used_with_a_warning() {
     let text = "[[body]]\nname = \"a\"\nmass = 1\ninertia = [1, 1, 2.1]\n";
     assert_eq!(messages(text), [(codes::UNREAL_INERTIA, Severity::Warning, "[1, 1, 2.1]".to_string())]);
