@@ -257,10 +257,7 @@ pub(crate) fn details(source: &Source, several: bool) -> String {
         .collect();
     if !remedies.is_empty() {
         out.push_str("<h3>Events and remedies</h3>\n");
-        out.push_str(&table(
-            &[("what (<code>odyn explain NAME</code>)", Side::Left), ("times", Side::Right)],
-            &remedies,
-        ));
+        out.push_str(&table(&[("what (odyn explain NAME says more)", Side::Left), ("times", Side::Right)], &remedies));
     }
     let libraries: Vec<Vec<String>> = entries(source, "libraries")
         .map(|library| {

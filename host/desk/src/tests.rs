@@ -310,6 +310,16 @@ const EVENTS: &str = "time,element,kind,row,rate_before,rate_after,impulse,energ
 
 /// Whatever was written before a run was killed is shown.
 #[test]
+fn remedies_are_listed_under_a_head_without_marks() {
+    let folder = run("remedies");
+    folder
+        .write("summary.json", SUMMARY.replace("\"steps\": 7", "\"steps\": 7, \"recoveries\": {\"steps_halved\": 3}"));
+    let page = report(&[read(&folder.0)], Scripts::Without);
+    assert!(page.contains("<th>what (odyn explain NAME says more)</th>"), "the head of the table");
+    assert!(page.contains("<code>steps_halved</code>") && !page.contains("&lt;code&gt;"));
+}
+
+#[test]
 fn events_of_contacts_are_counted_and_listed() {
     let folder = run("events");
     assert!(!report(&[read(&folder.0)], Scripts::Without).contains(">Events<"));

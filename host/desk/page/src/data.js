@@ -66,6 +66,30 @@ export function locate(times, t) {
 export function short(x) {
   if (x === null || x === undefined) return "";
   if (!Number.isFinite(x)) return String(x);
-  const text = Number(x.toPrecision(6)).toString();
-  return text.replace("-", "\u2212");
+  const rounded = Number(x.toPrecision(6));
+  return minus(Math.abs(rounded) >= 1e9 ? rounded.toExponential() : rounded.toString());
+}
+
+/** Labels of the ticks of an axis, short and each another one, and the factor and the sum that are left out of all of them. */
+export function ticked(ticks, step) {
+  const known = ticks.filter(Number.isFinite);
+  if (!known.length || !(step > 0)) return { labels: ticks.map(short), note: "" };
+  const most = (base) => Math.max(...known.map((x) => Math.abs(x - base)));
+  // Where six digits do not tell neighbours apart, labels are differences from the first.
+  const base = most(0) > 1e5 * step ? known[0] : 0;
+  const power = Math.floor(Math.log10(most(base) || 1) + 1e-9);
+  const exponent = power >= 5 || power < -3 ? Math.max(-300, 3 * Math.floor(power / 3)) : 0;
+  const scaled = known.map((x) => Math.round((x - base) / step) * step).map((x) => (exponent < 0 ? x * 10 ** -exponent : x / 10 ** exponent));
+  let decimals = 0;
+  const unit = step / 10 ** exponent;
+  while (decimals < 9 && scaled.some((x) => Math.abs(x - Number(x.toFixed(decimals))) > 1e-3 * unit)) decimals++;
+  const text = new Map(known.map((x, k) => [x, minus(String(Number(scaled[k].toFixed(decimals))))]));
+  const superscript = [...String(exponent)].map((c) => "\u207b\u2070\u00b9\u00b2\u00b3\u2074\u2075\u2076\u2077\u2078\u2079"["-0123456789".indexOf(c)]).join("");
+  const sum = base ? `${base < 0 ? "\u2212" : "+"} ${minus(String(Number(Math.abs(base).toPrecision(15))))}` : "";
+  const note = [exponent ? `\u00d7 10${superscript}` : "", sum].filter(Boolean).join(" ");
+  return { labels: ticks.map((x) => text.get(x) ?? ""), note };
+}
+
+function minus(text) {
+  return text.replaceAll("-", "\u2212");
 }

@@ -66,11 +66,11 @@ export function bar(from, to, radius, material) {
   return mesh;
 }
 
-/** A body without shapes: bars from its centre of mass to the frames of its elements. */
-export function skeleton(centre, frames, size, color) {
+/** A body without shapes: a ball of at least this radius, bars from its centre of mass to the frames of its elements. */
+export function skeleton(centre, frames, size, color, least) {
   const group = new Group();
   const material = lacquer(color);
-  const hub = new Mesh(new SphereGeometry(0.35 * size, 16, 12), material);
+  const hub = new Mesh(new SphereGeometry(Math.max(0.35 * size, least), 16, 12), material);
   hub.position.set(...centre);
   group.add(hub);
   for (const { r } of frames) {

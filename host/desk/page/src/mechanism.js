@@ -1,6 +1,6 @@
 // One run's mechanism: bodies, glyphs, arrows and traces, at any time.
 
-import { BufferGeometry, Float32BufferAttribute, Group, Line, LineBasicMaterial, Matrix4, Quaternion, Vector3 } from "three";
+import { Box3, BufferGeometry, Float32BufferAttribute, Group, Line, LineBasicMaterial, Matrix4, Quaternion, Vector3 } from "three";
 import { locate } from "./data.js";
 import { COLORS, arrow, between, glyph, place, shape, skeleton } from "./glyphs.js";
 
@@ -14,6 +14,8 @@ export class Mechanism {
     this.size = size;
     this.group = new Group();
     const { header } = this.motion;
+    // What has no shape is seen from where its whole path is.
+    this.way = new Box3().setFromPoints(this.extent()).getSize(new Vector3()).length();
     this.bodies = header.bodies.map((body, k) => this.body(body, k));
     this.ground = new Group();
     this.group.add(this.ground, ...this.bodies);
@@ -37,7 +39,7 @@ export class Mechanism {
     const color = COLORS[k % COLORS.length];
     const frames = this.motion.header.elements.flatMap((element) => element.frames.filter((frame) => frame.body === k));
     const shapes = body.shapes.map((given) => shape(given, color)).filter(Boolean);
-    const solid = shapes.length ? shapes : [skeleton(body.centre, frames, this.size, color)];
+    const solid = shapes.length ? shapes : [skeleton(body.centre, frames, this.size, color, 0.008 * this.way)];
     group.add(...solid);
     return group;
   }

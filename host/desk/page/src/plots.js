@@ -2,11 +2,12 @@
 
 import uPlot from "uplot";
 import style from "uplot/dist/uPlot.min.css";
-import { locate, short } from "./data.js";
+import { locate, short, ticked } from "./data.js";
 import { color, el, tick } from "./dom.js";
 
 const MOST_CURVES = 8;
 const HEIGHT = 260;
+const LETTERS = "12px system-ui, sans-serif";
 
 /** Draws all channels; gives the charts. */
 export function plots(place, runs, clock, signal) {
@@ -101,13 +102,19 @@ function chart(hosts, group, runs, clock, differences, events) {
   );
   const words = group.quantity.replaceAll("_", " ") || "value";
   const label = (differences ? "difference of " : "") + words + (group.unit ? ` [${group.unit}]` : "");
+  // What the labels of an axis leave out.
+  const notes = ["", ""];
   const axis = {
     stroke: color("--ink"),
     grid: { stroke: color("--grid"), width: 1 },
     ticks: { stroke: color("--grid"), width: 1 },
-    font: "12px system-ui, sans-serif",
+    font: LETTERS,
     labelFont: "13px system-ui, sans-serif",
-    values: (_, ticks) => ticks.map((x) => (x === null ? "" : short(x))),
+    values: (_, ticks, which, space, step) => {
+      const { labels, note } = ticked(ticks, step);
+      notes[which] = note;
+      return labels;
+    },
   };
   const options = {
     width: hosts.clientWidth || 800,
@@ -115,13 +122,14 @@ function chart(hosts, group, runs, clock, differences, events) {
     scales: { x: { time: false } },
     cursor: { sync: { key: "odyn", setSeries: false }, drag: { x: true, y: false }, points: { size: 7 } },
     legend: { live: true },
+    padding: [20, null, null, null],
     axes: [
       { ...axis, label: `${runs[0].over} [${runs[0].timeUnit}]`, labelSize: 22, size: 40 },
-      { ...axis, label, labelSize: 22, size: 70 },
+      { ...axis, label, labelSize: 22, size: (u, labels) => Math.max(70, 20 + widest(u.ctx, labels ?? [])) },
     ],
     series: [{ label: runs[0].over === "time" ? "t" : runs[0].over, value: (_, x) => short(x) }, ...series],
     hooks: {
-      drawAxes: [(u) => lines(u, events)],
+      drawAxes: [(u) => lines(u, events), (u) => leftOut(u, notes)],
       setCursor: [
         (u) => {
           // Moved by a person over this chart, not by the clock or by another chart.
@@ -150,6 +158,30 @@ function lines(u, times) {
     u.ctx.lineTo(x, top + height);
   }
   u.ctx.stroke();
+  u.ctx.restore();
+}
+
+/** The width of the widest of some labels, in pixels of the page. */
+function widest(ctx, labels) {
+  ctx.save();
+  ctx.font = LETTERS;
+  const widths = labels.map((label) => ctx.measureText(label).width);
+  ctx.restore();
+  return Math.ceil(Math.max(0, ...widths));
+}
+
+/** What labels leave out, at the end of their axis: above that of values, right below that of times. */
+function leftOut(u, [below, above]) {
+  const { left, top, width, height } = u.bbox;
+  u.ctx.save();
+  u.ctx.scale(devicePixelRatio, devicePixelRatio);
+  u.ctx.font = LETTERS;
+  u.ctx.fillStyle = color("--ink");
+  u.ctx.textBaseline = "bottom";
+  u.ctx.textAlign = "left";
+  u.ctx.fillText(above, left / devicePixelRatio, top / devicePixelRatio - 4);
+  u.ctx.textAlign = "right";
+  u.ctx.fillText(below, (left + width) / devicePixelRatio, (top + height) / devicePixelRatio + 54);
   u.ctx.restore();
 }
 

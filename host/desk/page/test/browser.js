@@ -217,6 +217,43 @@ async function units() {
   await context.close();
 }
 
+/** Labels of axes are each another one and fit, of numbers that are large, small, or nearly the same; a body on a long way is seen. */
+async function labels() {
+  const outputs = ["position x", "velocity y", "angular_velocity x"].map((words) => {
+    const [quantity, component] = words.split(" ");
+    return `[[output]]\nname = "${quantity}"\nquantity = "${quantity}"\nof = "a"\ncomponent = "${component}"\n`;
+  });
+  const body =
+    '[[body]]\nname = "a"\nmass = 1\ninertia = [1, 1, 1]\nposition = [0.000348206, 2e11, 0]\nvelocity = [1e-12, -5e6, 3e4]\nangular_velocity = [1e-9, 0, 0]\n';
+  const file = join(work, "labels.toml");
+  writeFileSync(file, `[simulation]\nt_end = 0.1\noutput_step = 0.01\n${body}${outputs.join("")}`);
+  const { page, context, faults } = await open(join(run(file, "labels"), "report.html"));
+  const found = await page.evaluate(() =>
+    window.odyn.charts.map((chart) => {
+      chart.ctx.font = `${12 * devicePixelRatio}px system-ui, sans-serif`;
+      const axis = chart.axes[1];
+      const labels = axis._values.filter(Boolean);
+      const widest = Math.max(...labels.map((label) => chart.ctx.measureText(label).width / devicePixelRatio));
+      return { labels, widest, room: axis._size - 22 - 15 };
+    }),
+  );
+  for (const { labels, widest, room } of found) {
+    assert.ok(labels.length > 1 && new Set(labels).size === labels.length, `labels are told apart: ${labels}`);
+    assert.ok(widest <= room + 22, `${labels} take ${widest} px of ${room}`);
+    assert.ok(labels.every((label) => label.length < 9), `labels are short: ${labels}`);
+  }
+  const radius = await page.evaluate(() => {
+    const { view } = window.odyn;
+    const [hub] = view.mechanisms[0].bodies[0].children[0].children;
+    const seen = view.camera.position.distanceTo(view.orbit.target) * Math.tan((view.camera.fov * Math.PI) / 360);
+    return ((hub.geometry.parameters.radius / seen) * view.canvas.clientHeight) / 2;
+  });
+  assert.ok(radius > 2, `a body without a shape is ${radius} px large`);
+  await picture(page, "labels", { fullPage: true });
+  assert.deepEqual(faults, []);
+  await context.close();
+}
+
 /** What happened to contacts is listed, narrowed to one of them, marked in the plots, and takes everything to its time. */
 async function contacts() {
   const folder = run("scenes/verification/plane-contact-friction.toml", "contacts");
@@ -340,6 +377,7 @@ try {
   const ready = await compressor();
   await two();
   await units();
+  await labels();
   await contacts();
   await modes();
   await hostile();
