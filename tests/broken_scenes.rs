@@ -149,6 +149,8 @@ const CASES: &[Case] = &[
     case("unknown_channel", &[("channel = \"angle\"", "channel = \"angel\"")], Scene, &[codes::UNKNOWN_CHANNEL]),
     case("figure_of_nothing", &[("channel = \"angle\"\n", "channel = \"angle\"\n\n[[figure]]\nname = \"f\"\nchannel = \"angel\"\ntake = \"at\"\nwhere = \"angle\"\nequals = \"2 m\"\nover = \"anglo\"\n")], Scene, &[codes::UNKNOWN_CHANNEL, codes::UNKNOWN_CHANNEL, codes::DIMENSION]),
     case("figure_in_another_unit", &[("channel = \"angle\"\n", "channel = \"angle\"\n\n[[figure]]\nname = \"f\"\nchannel = \"angle\"\ntake = \"max\"\nunit = \"deg\"\n")], Scene, &[codes::FIGURE_UNIT]),
+    case("figure_in_an_unreadable_unit", &[("channel = \"angle\"\n", "channel = \"angle\"\n\n[[figure]]\nname = \"f\"\nchannel = \"angle\"\ntake = \"max\"\nunit = \"Nm\"\n")], Scene, &[codes::UNKNOWN_UNIT]),
+    case("parameter_beside_params", &[("params.stiffness = \"20 N/m\"\n", "stiffness = \"20 N/m\"\n")], Scene, &[codes::UNKNOWN_KEY]),
     case("fixed_body_that_moves", &[("position = [\"rod.length / 2\", 0, 0]\n", "position = [\"rod.length / 2\", 0, 0]\nfixed = true\nvelocity = [1, 0, 0]\nangular_velocity = [0, 0, 0]\n")], Scene, &[codes::CONFLICTING_KEYS]),
     case("energy_of_one_body", &[("\"coordinate\"\nof = \"pivot\"\nchannel = \"angle\"", "\"kinetic_energy\"\nof = \"rod\"")], Scene, &[codes::CONFLICTING_KEYS]),
     case("torque_about_a_point", &[("\"coordinate\"\nof = \"pivot\"\nchannel = \"angle\"", "\"reaction_torque\"\nof = \"pivot\"\ncomponent = \"z\"\npoint = [1, 0, 0]")], Scene, &[codes::CONFLICTING_KEYS]),

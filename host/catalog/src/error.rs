@@ -349,7 +349,13 @@ impl CatalogError {
                 }
                 match nearest {
                     Some(nearest) => vec![format!("did you mean `{nearest}`?")],
-                    None if known.is_empty() => vec!["no library is loaded: see `[plugins] libraries`".into()],
+                    None if known.is_empty() => {
+                        vec![
+                            "no library is loaded: write those of its elements under `[plugins]`; the standard ones are \
+                             `libraries = [\"joints\", \"forces\", \"controls\"]`"
+                                .into(),
+                        ]
+                    },
                     None => vec![format!("known types: {}", known.join(", "))],
                 }
             }

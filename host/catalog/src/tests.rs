@@ -123,7 +123,9 @@ fn an_unknown_name_comes_with_the_most_similar_one() {
     assert!(catalog.find("c/pull", None).is_err());
     assert_eq!(
         Catalog::new().find("rod", None).expect_err("empty").help(),
-        ["no library is loaded: see `[plugins] libraries`"]
+        [
+            "no library is loaded: write those of its elements under `[plugins]`; the standard ones are `libraries = [\"joints\", \"forces\", \"controls\"]`"
+        ]
     );
 }
 

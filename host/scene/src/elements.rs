@@ -8,7 +8,7 @@ use super::reader::{NamesTaken, Reader, Record};
 use super::record::{ElementKind, ElementRecord, InputRecord, InputSource, LocalFrame, Placement};
 use super::release::{self, RELEASE_KEY};
 use super::rotation::{are_parallel, parallel};
-use odyn_diagnostics::{Diagnostic, codes};
+use odyn_diagnostics::{Diagnostic, codes, help_for, suggest};
 
 pub(super) const KEYS: &[&str] = &[
     "name", "type", "bodies", "point", "points", "axis", "axes", "x_axis", "x_axes", "frames", "params", "inputs",
@@ -103,9 +103,18 @@ fn check_keys(kind: ElementKind, record: &Record<'_>, reader: &mut Reader<'_>) {
         let message = format!("{} cannot have `{foreign}`", record.what);
         reader.diagnostics.push(Diagnostic::error(codes::UNKNOWN_KEY, message).at(key.span, "").help(help));
     }
-    let table = RawTable { span: record.table.span.clone(), entries };
     let own = [JOINTS_KEY, RELEASE_KEY].into_iter().filter(|key| *key != foreign);
     let known: Vec<&str> = KEYS.iter().copied().chain(own).collect();
+    // What is like none of the keys is most probably a parameter.
+    let is_like_none = |key: &str| !known.contains(&key) && suggest(key, known.iter().copied()).is_none();
+    let (parameters, entries): (Vec<_>, Vec<_>) = entries.into_iter().partition(|(key, _)| is_like_none(&key.value));
+    for (Spanned { value: key, span }, _) in parameters {
+        let message = format!("unknown key `{key}` in {}", record.what);
+        let help = format!("parameters of an element stand under `params`: `params.{key}`");
+        let keys = help_for(&key, &known, "keys");
+        reader.diagnostics.push(Diagnostic::error(codes::UNKNOWN_KEY, message).at(span, "").help(help).help_if(keys));
+    }
+    let table = RawTable { span: record.table.span.clone(), entries };
     reader.check_keys(&Record { table: &table, what: record.what.clone() }, &known);
 }
 
@@ -218,6 +227,15 @@ fn each(
     };
     if items.is_empty() {
         reader.wrong_length(raw, many, "one vector per frame", 0);
+    }
+    if !items.is_empty() && items.iter().all(|item| item.as_array().is_none()) {
+        let message = format!("`{many}` must be a list of vectors, one per frame, found one vector");
+        reader.diagnostics.push(
+            Diagnostic::error(codes::WRONG_TYPE, message)
+                .at(raw.span.clone(), "this is one vector")
+                .help(format!("`{one}` is the key of one vector for all frames")),
+        );
+        return Vec::new();
     }
     items.iter().filter_map(|item| read(item, many, reader)).collect()
 }

@@ -288,9 +288,10 @@ impl Document {
     /// One diagnostic per mistake.
     pub fn scene(self, overrides: &[Override]) -> Result<(Scene, Vec<Diagnostic>), Box<Rejected>> {
         let Self { mut source, mut root, mut diagnostics } = self;
-        overrides::apply(&mut root, overrides, &mut source, &mut diagnostics);
+        let stripped = overrides::apply(&mut root, overrides, &mut source, &mut diagnostics);
         let files = files::expand(&mut root, &mut source, &mut diagnostics);
-        let parts = read_parts(&root, &source, diagnostics);
+        let mut parts = read_parts(&root, &source, diagnostics);
+        overrides::explain(&stripped, &source, &mut parts.diagnostics);
         let (Some(simulation), false) = (parts.simulation, parts.diagnostics.iter().any(Diagnostic::is_error)) else {
             return Err(Box::new(Rejected { source, diagnostics: parts.diagnostics }));
         };

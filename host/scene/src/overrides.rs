@@ -1,6 +1,7 @@
 //! `--set K=V`: changes of a scene from the command line, applied to the tables before they are read.
 
 use super::raw::{RawKind, RawTable, RawValue, Spanned, parse_value};
+use super::units::{number_and_unit, parse_unit};
 use odyn_diagnostics::{Diagnostic, Source, codes, suggest};
 
 /// One `--set`: `crank.radius=9mm`, `simulation.t_end=50`, `rotor.mass=0.05`, `rotor.velocity.x=2`.
@@ -24,15 +25,24 @@ const LISTS: [&str; 8] = ["body", "joint", "force", "control", "input", "output"
 /// More levels than any key of a scene has.
 const MOST_SEGMENTS: usize = 16;
 
+/// A parameter with a unit in the scene that was set to a plain number.
+pub(super) struct Stripped {
+    name: String,
+    /// What is to be said of it.
+    remedy: String,
+}
+
 /// Applies all overrides in their order. Their texts are added to the source, so that what is wrong with a
-/// value is shown where it was written: on the command line.
+/// value is shown where it was written: on the command line. Gives the parameters that lost their units, which is wrong where
+/// they are used.
 pub(super) fn apply(
     root: &mut RawTable,
     overrides: &[Override],
     source: &mut Source,
     diagnostics: &mut Vec<Diagnostic>,
-) {
+) -> Vec<Stripped> {
     const OPTION: &str = "--set ";
+    let mut stripped = Vec::new();
     for one in overrides {
         let start = source.add("command line", format!("{OPTION}{}", one.text)) + OPTION.len();
         let Some((key, value)) = one.text.split_once('=') else {
@@ -52,8 +62,41 @@ pub(super) fn apply(
         let blanks = value.len() - value.trim_start().len();
         let value_start = span.end + 1 + blanks;
         let value = parse_value(value.trim(), value_start, diagnostics);
+        stripped.extend(without_unit(root, &path, &value, one));
         if let Err(error) = set(root, &path, value, span) {
             diagnostics.push(error);
+        }
+    }
+    stripped
+}
+
+/// What an override makes of a parameter that has a unit, where it gives a number without one.
+fn without_unit(root: &RawTable, path: &[&str], value: &RawValue, one: &Override) -> Option<Stripped> {
+    let path = path.strip_prefix(&["parameters"]).unwrap_or(path);
+    let given = match value.kind {
+        RawKind::Number(number) => number,
+        RawKind::Integer(number) => number as f64,
+        _ => return None,
+    };
+    let parameters = root.get("parameters")?.as_table()?.get(path.first()?)?;
+    let before = path[1..].iter().try_fold(parameters, |raw, segment| raw.as_table()?.get(segment))?;
+    let (_, unit) = number_and_unit(before.as_text()?).filter(|(_, unit)| parse_unit(unit).is_ok())?;
+    let name = path.join(".");
+    let remedy = format!("`--set {}` gives `{name}` no unit: write `--set \"{name}={given} {unit}\"`", one.text);
+    Some(Stripped { name, remedy })
+}
+
+/// Where numbers without a unit are found where one is needed, and the parameters in that line lost theirs to overrides, says so.
+pub(super) fn explain(stripped: &[Stripped], source: &Source, diagnostics: &mut [Diagnostic]) {
+    let codes = [codes::DIMENSION, codes::MIXED_DIMENSIONS, codes::NEEDS_UNIT];
+    for diagnostic in diagnostics.iter_mut().filter(|diagnostic| codes.contains(&diagnostic.code)) {
+        let Some(at) = diagnostic.span().and_then(|span| source.text.get(..span.start)).map(str::len) else { continue };
+        let begin = source.text[..at].rfind('\n').map_or(0, |newline| newline + 1);
+        let line = source.text[begin..].lines().next().unwrap_or_default();
+        let is_part = |c: char| c.is_alphanumeric() || matches!(c, '_' | '.');
+        let words = || line.split(|c| !is_part(c));
+        for one in stripped.iter().filter(|one| words().any(|word| word == one.name)) {
+            diagnostic.help.push(one.remedy.clone());
         }
     }
 }

@@ -115,6 +115,28 @@ fn values_are_checked_like_those_of_the_file() {
 }
 
 #[test]
+fn a_parameter_that_lost_its_unit_is_named_where_it_is_used() {
+    let scene = SCENE.replace("[\"crank.radius\", 0, 0]", "[\"crank.radius + 1 mm\", 0, 0]");
+    let rejected = reject_with(&scene, &["crank.radius=25"]);
+    assert_eq!(rejected.codes(), [codes::NEEDS_UNIT]);
+    let remedy = "`--set crank.radius=25` gives `crank.radius` no unit: write `--set \"crank.radius=25 mm\"`";
+    assert!(rejected.diagnostics[0].help.iter().any(|line| line == remedy), "{}", rejected.rendered());
+    // Not where it is not used, and not where the scene itself has no unit.
+    let rejected = reject_with(
+        &scene.replace("mass = 1\ninertia", "mass = \"1 mm\"\ninertia"),
+        &["crank.radius=25 mm", "twice=1"],
+    );
+    assert!(!rejected.rendered().contains("gives"), "{}", rejected.rendered());
+}
+
+#[test]
+fn a_parameter_of_an_element_set_without_params_is_told_where_it_stands() {
+    let rejected = reject_with(SCENE, &["bearing.friction=2"]);
+    assert_eq!(rejected.codes(), [codes::UNKNOWN_KEY]);
+    assert!(rejected.rendered().contains("stand under `params`: `params.friction`"), "{}", rejected.rendered());
+}
+
+#[test]
 fn a_scene_without_the_table_can_be_completed() {
     let scene = accept_with("", &["simulation.t_end=1", "simulation.output_step=0.5"]);
     assert_eq!(scene.simulation.t_end, 1.0);

@@ -184,7 +184,7 @@ fn outputs_and_figures_are_read() {
     assert_eq!(at.channel.value, "theta");
     let period = scene.quantity(at.period.as_ref().unwrap(), Dimension::ANGLE);
     assert!(near(period.unwrap(), 2.0 * std::f64::consts::PI));
-    assert_eq!((figure.unit.as_str(), figure.note.as_str()), ("mm/ms^2", "Fig. 19"));
+    assert_eq!((figure.unit.value.as_str(), figure.note.as_str()), ("mm/ms^2", "Fig. 19"));
 }
 
 #[test]
@@ -307,6 +307,7 @@ fn mistakes_in_an_element() {
             ("axis = [0, 0, 0]", codes::NO_DIRECTION, "[0, 0, 0]"),
             ("axes = [[0, 0, 1], [0, 0, 0]]", codes::NO_DIRECTION, "[0, 0, 0]"),
             ("points = []", codes::WRONG_LENGTH, "[]"),
+            ("points = [0, 0, 0]", codes::WRONG_TYPE, "[0, 0, 0]"),
             ("axis = [0, 0, 1]\nx_axis = [0, 0, -3]", codes::NO_DIRECTION, "[0, 0, -3]"),
             ("axes = [[1, 0, 0], [0, 1, 0]]\nx_axis = [0, 1, 0]", codes::NO_DIRECTION, "[0, 1, 0]"),
             ("axis = [0, 0, \"1 mm\"]", codes::DIMENSION, "1 mm"),
