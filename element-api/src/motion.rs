@@ -47,6 +47,7 @@ impl<S: Scalar> Configuration<'_, S> {
     /// # Panics
     /// When `k` is not below [`Element::ANGLES`](crate::Element::ANGLES).
     #[must_use]
+    #[track_caller]
     pub fn angle(&self, k: usize, sin: S, cos: S) -> S {
         assert!(
             k < self.references.len(),
@@ -62,6 +63,7 @@ impl<S: Scalar> Configuration<'_, S> {
 
     /// The multi-turn angle by which frame `j` is turned against frame `i` about their common z axis, rad.
     #[must_use]
+    #[track_caller]
     pub fn angle_about_z(&self, k: usize, i: usize, j: usize) -> S {
         let (a, b) = (&self.frames[i], &self.frames[j]);
         self.angle(k, b.x().dot(&a.y()), b.x().dot(&a.x()))
@@ -115,6 +117,7 @@ impl<S: Scalar> Motion<'_, S> {
     /// # Panics
     /// As there.
     #[must_use]
+    #[track_caller]
     pub fn angle(&self, k: usize, sin: S, cos: S) -> S {
         self.configuration.angle(k, sin, cos)
     }
@@ -123,11 +126,13 @@ impl<S: Scalar> Motion<'_, S> {
     /// # Panics
     /// As [`Configuration::angle`].
     #[must_use]
+    #[track_caller]
     pub fn angle_about_z(&self, k: usize, i: usize, j: usize) -> S {
         self.configuration.angle_about_z(k, i, j)
     }
     /// Velocity of the point of a frame's body that is at `point` (m, ground frame) now, m/s, ground frame.
     #[must_use]
+    #[track_caller]
     pub fn velocity_at(&self, frame: usize, point: Vec3<S>) -> Vec3<S> {
         let twist = &self.twists[frame];
         twist.velocity + twist.angular_velocity.cross(&(point - self.frames()[frame].position))
@@ -135,16 +140,19 @@ impl<S: Scalar> Motion<'_, S> {
     /// Velocity of the body of frame `j` against that of frame `i` where both are at `point` (m, ground frame): of a contact, the
     /// sliding and approaching, m/s, ground frame.
     #[must_use]
+    #[track_caller]
     pub fn relative_velocity_at(&self, i: usize, j: usize, point: Vec3<S>) -> Vec3<S> {
         self.velocity_at(j, point) - self.velocity_at(i, point)
     }
     /// Angular velocity of frame `j` against frame `i` about the z axis of frame `i`, rad/s.
     #[must_use]
+    #[track_caller]
     pub fn spin_about_z(&self, i: usize, j: usize) -> S {
         (self.twists[j].angular_velocity - self.twists[i].angular_velocity).dot(&self.frames()[i].z())
     }
     /// Velocity of the origin of frame `j` against that of frame `i`, m/s, ground frame (not as seen from body i).
     #[must_use]
+    #[track_caller]
     pub fn relative_velocity(&self, i: usize, j: usize) -> Vec3<S> {
         self.twists[j].velocity - self.twists[i].velocity
     }
@@ -171,11 +179,13 @@ impl<'a, S: Scalar> Values<'a, S> {
     ///
     /// # Panics
     /// When fewer are declared.
+    #[track_caller]
     pub fn push(&mut self, value: S) {
         self.set(self.next, value);
         self.next += 1;
     }
     /// Sets three values.
+    #[track_caller]
     pub fn push_vector(&mut self, value: Vec3<S>) {
         for component in value.iter() {
             self.push(*component);
@@ -185,6 +195,7 @@ impl<'a, S: Scalar> Values<'a, S> {
     ///
     /// # Panics
     /// When fewer are declared.
+    #[track_caller]
     pub fn set(&mut self, k: usize, value: S) {
         assert!(
             k < self.values.len(),
@@ -206,26 +217,31 @@ pub struct Wrenches<'a, S> {
 
 impl<S: Scalar> Wrenches<'_, S> {
     /// A force (N, ground frame) on the body of a frame, at the frame's origin.
+    #[track_caller]
     pub fn force(&mut self, frame: usize, force: Vec3<S>) {
         self.forces[frame] += force;
     }
     /// A torque (N m, ground frame) on the body of a frame.
+    #[track_caller]
     pub fn torque(&mut self, frame: usize, torque: Vec3<S>) {
         self.torques[frame] += torque;
     }
     /// A force (N, ground frame) on the body of a frame, at `point` (m, ground frame).
+    #[track_caller]
     pub fn force_at(&mut self, frame: usize, point: Vec3<S>, force: Vec3<S>) {
         let lever = point - self.frames[frame].position;
         self.force(frame, force);
         self.torque(frame, lever.cross(&force));
     }
     /// Action and reaction at `point` (m, ground frame): `force` on the body of frame `j`, its opposite on that of frame `i`.
+    #[track_caller]
     pub fn force_pair_at(&mut self, i: usize, j: usize, point: Vec3<S>, force: Vec3<S>) {
         self.force_at(j, point, force);
         self.force_at(i, point, -force);
     }
     /// Action and reaction: `force` at the origin of frame `j`, and its opposite on the body of frame `i` along the same
     /// line, so that the pair has no resultant force and no resultant moment.
+    #[track_caller]
     pub fn force_pair(&mut self, i: usize, j: usize, force: Vec3<S>) {
         let lever = self.frames[j].position - self.frames[i].position;
         self.force(j, force);
@@ -233,6 +249,7 @@ impl<S: Scalar> Wrenches<'_, S> {
         self.torque(i, -lever.cross(&force));
     }
     /// Action and reaction: `torque` on the body of frame `j`, its opposite on that of frame `i`.
+    #[track_caller]
     pub fn torque_pair(&mut self, i: usize, j: usize, torque: Vec3<S>) {
         self.torque(j, torque);
         self.torque(i, -torque);

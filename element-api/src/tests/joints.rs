@@ -86,6 +86,35 @@ fn rows_and_angles_beyond_the_declared_ones_panic_with_the_count() {
     }
 }
 
+struct Stray;
+
+impl Element for Stray {
+    const NAME: &'static str = "stray";
+    const SUMMARY: &'static str = "acts on a frame that it does not have";
+    const FRAMES: &'static [FrameSpec] = &[FrameSpec::new("on", "")];
+    type Parameters = NoParameters;
+    fn new(_: NoParameters) -> Result<Self, ParamError> {
+        Ok(Self)
+    }
+}
+
+impl Force for Stray {
+    fn wrench<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Wrenches<'_, S>) {
+        out.force_at(1, at.frames()[0].position, Vec3::zeros());
+    }
+}
+
+#[test]
+fn mistakes_are_told_at_the_line_of_the_author() {
+    let here = |message: &str| message.contains(file!());
+    for params in ["rows = true", "rows = false"] {
+        let message = crate::fence::fenced(|| Probe::joint::<Greedy>(params)).expect_err("must panic");
+        assert!(here(&message), "{message}");
+    }
+    let message = crate::fence::fenced(|| Probe::force::<Stray>("")).expect_err("must panic");
+    assert!(here(&message), "{message}");
+}
+
 #[test]
 fn rows_that_an_instance_does_not_use_are_neither_recorded_nor_evaluated() {
     let roles = |held: bool| -> Vec<Role> {
