@@ -115,6 +115,10 @@ fn a_column_that_buckles_is_found_bent_to_both_sides() {
     assert!(all.failed.is_empty(), "{:?}", all.failed);
     let stability: Vec<Stability> = all.found.iter().map(|found| found.stability).collect();
     assert_eq!(stability, [Stability::Unstable, Stability::Undamped, Stability::Undamped]);
+    // What grows is shown, however few modes are asked for; of what grows nowhere, no more than these.
+    let unstable = &all.found[0].modes;
+    assert!(unstable.foremost(0).iter().any(|mode| mode.decided && mode.real > 0.0));
+    assert_eq!((unstable.foremost(1000).len(), all.found[1].modes.foremost(2).len()), (unstable.modes.len(), 2));
     let tips: Vec<[f64; 3]> = all.found.iter().map(|found| found.bodies[n - 1].position).collect();
     assert!(tips[1][1] * tips[2][1] < 0.0, "{tips:?}");
     assert!((tips[1][0] - tips[2][0]).abs() < 1e-9 && (tips[1][1] + tips[2][1]).abs() < 1e-9, "{tips:?}");

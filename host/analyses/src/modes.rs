@@ -291,6 +291,17 @@ fn spanned(columns: &DMatrix<f64>) -> DMatrix<f64> {
 }
 
 impl Modes {
+    /// The first modes, at most so many, and behind them the others that grow: the fastest, as many again, one at least.
+    #[must_use]
+    pub fn foremost(&self, most: usize) -> Vec<&Mode> {
+        let (first, others) = self.modes.split_at(most.min(self.modes.len()));
+        let mut growing: Vec<&Mode> = others.iter().filter(|mode| mode.decided && mode.real > 0.0).collect();
+        growing.sort_by(|a, b| b.real.total_cmp(&a.real));
+        growing.truncate(most.max(1));
+        growing.sort_by_key(|mode| mode.number);
+        first.iter().chain(growing).collect()
+    }
+
     /// One row per mode.
     #[must_use]
     pub fn csv(&self) -> String {

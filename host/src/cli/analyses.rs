@@ -138,7 +138,8 @@ fn tell_modes(text: &mut String, modes: &Modes, most: usize) {
         "{:>5} {:>14} {:>12} {:>14}  kinetic energy; potential energy of elements",
         "mode", "f [Hz]", "damping", "T [s]"
     );
-    for mode in modes.modes.iter().take(most) {
+    let shown = modes.foremost(most);
+    for mode in &shown {
         let number = |value: f64| significant(value, 7);
         let (frequency, damping, constant) = match mode.time_constant {
             None => (
@@ -158,8 +159,8 @@ fn tell_modes(text: &mut String, modes: &Modes, most: usize) {
             named(&mode.kinetic)
         );
     }
-    if modes.modes.len() > most {
-        let _ = writeln!(text, "  and {} more", modes.modes.len() - most);
+    if modes.modes.len() > shown.len() {
+        let _ = writeln!(text, "  and {} more", modes.modes.len() - shown.len());
     }
 }
 

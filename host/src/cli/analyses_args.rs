@@ -32,7 +32,7 @@ pub(super) struct ModesArgs {
     /// Modes at several values of a key, KEY=FROM:TO:COUNT or KEY=A,B,..., followed from one to the next: a Campbell diagram
     #[arg(long, value_name = "KEY=VALUES", conflicts_with = "from")]
     pub(super) over: Option<String>,
-    /// Print so many modes, slowest first; the files have all of them
+    /// Print so many modes, slowest first, and behind them what grows; the files have all of them
     #[arg(long, value_name = "N", default_value_t = 20)]
     pub(super) most: usize,
 }
