@@ -249,3 +249,64 @@ fn signals_are_checked_in_scene_units_and_islands_together() {
     );
     assert_eq!(apart.summary.elements, report.summary.elements);
 }
+
+/// A body of 1 kg m^2 on a rotational stiffness of 1 N m/rad, by which it turns by its speed, rad/s, to either side; `what` is the spring.
+fn turned(what: &str, speed: f64) -> Vec<String> {
+    let text = format!(
+        "[plugins]\nlibraries = [\"odyn-joints\", \"odyn-forces\"]\n[simulation]\nt_end = 2\noutput_step = 0.1\n\
+         [[body]]\nname = \"wheel\"\nmass = 1\ninertia = [1, 1, 1]\nangular_velocity = [0, 0, {speed}]\nposition = [0.5, 0, 0]\n\
+         [[joint]]\nname = \"hub\"\ntype = \"revolute\"\nbodies = [\"ground\", \"wheel\"]\npoint = [0.5, 0, 0]\naxis = [0, 0, 1]\n\
+         [[force]]\nname = \"spring\"\nbodies = [\"ground\", \"wheel\"]\n{what}\n"
+    );
+    let report = run(&text, &[]);
+    assert_eq!((report.exit_code(), report.summary.reason.as_str()), (0, ""));
+    report.summary.warnings.iter().filter(|text| text.starts_with("ODY0750")).cloned().collect()
+}
+
+#[test]
+fn springs_whose_rotation_jumps_at_half_a_turn_say_so_before() {
+    let bushing = |about: &str| {
+        format!(
+            "type = \"bushing\"\npoint = [0.5, 0, 0]\nparams = {{ stiffness = [1, 1, 1], rotational_stiffness = {about} }}"
+        )
+    };
+    let field = "type = \"field\"\npoint = [0.5, 0, 0]\nparams.rotation = [1, 0, 0, 0, 1, 0, 0, 0, 1]";
+    for what in [bushing("[1, 1, 1]"), field.to_owned()] {
+        assert_eq!(turned(&what, 2.4), [] as [&str; 0], "{what}");
+        let warned = turned(&what, 4.0);
+        assert!(matches!(&warned[..], [one] if one.contains("`spring`") && one.contains("half a turn")), "{warned:?}");
+    }
+    // What has no torque has none that jumps.
+    assert_eq!(turned(&bushing("[0, 0, 0]"), 4.0), [] as [&str; 0]);
+}
+
+/// A beam that is laid out wrongly is deformed from the start; of many, the first is named, and some others.
+#[test]
+fn beams_beyond_their_law_say_so() {
+    let beam = |keys: &str| {
+        format!(
+            "type = \"beam\"\n{keys}\nparams = {{ length = 0.5, young = 1e4, shear = 1e4, area = 1, iy = 1e-4, iz = 1e-4, torsion = 1e-4 }}"
+        )
+    };
+    let right = "frames = [{}, {}]";
+    assert_eq!(turned(&beam(right), 0.0), [] as [&str; 0]);
+    // Its z axis along it, its ends exchanged, its length in another unit.
+    let along = "points = [[0, 0, 0], [0.5, 0, 0]]\naxis = [1, 0, 0]";
+    let exchanged = "frames = [{ position = [0.5, 0, 0] }, { position = [-0.5, 0, 0] }]";
+    let long = beam(right).replace("length = 0.5", "length = 500");
+    for what in [beam(along), beam(exchanged), long] {
+        let warned = turned(&what, 0.0);
+        assert!(
+            matches!(&warned[..], [one] if one.contains("first at t = 0") && one.contains("`length`")),
+            "{what}: {warned:?}"
+        );
+    }
+    let several: String = (0..6)
+        .map(|k| format!("[[force]]\nname = \"spring{k}\"\nbodies = [\"ground\", \"wheel\"]\n{}\n", beam(along)))
+        .collect();
+    let warned = turned(&format!("{}\n{several}", beam(along)), 0.0);
+    assert!(
+        matches!(&warned[..], [one] if one.contains("also `spring0`, `spring1`, `spring2` and 3 more")),
+        "{warned:?}"
+    );
+}

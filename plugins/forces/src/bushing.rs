@@ -21,7 +21,7 @@
 //!
 //! ## Singular cases
 //! The rotation vector is undefined at half a turn between the frames and jumps there: give a bushing that shall turn
-//! freely about an axis no rotation at all by a joint, or keep it below half a turn. Large stiffnesses make the
+//! freely about an axis no rotation at all by a joint, or keep it below half a turn (a run warns from 2.5 rad on, ODY0750). Large stiffnesses make the
 //! equations stiff; a `fixed` joint is their limit.
 //!
 //! ## Example
@@ -128,6 +128,17 @@ impl Bushing {
 
 impl Force for Bushing {
     const CHANNELS: &'static [ChannelSpec] = crate::DEFORMATION_CHANNELS;
+
+    const CHECKS: &'static [ChannelSpec] = deformation::TURNED;
+
+    fn checks<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Values<'_, S>) {
+        let e = deformation::deformation(at, [0.0; 3]);
+        out.push(if deformation::is_turned(&[&self.stiffness, &self.damping]) {
+            deformation::room_to_turn(&e)
+        } else {
+            S::one()
+        });
+    }
 
     fn wrench<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Wrenches<'_, S>) {
         let e = deformation::deformation(at, [0.0; 3]);

@@ -18,6 +18,28 @@ pub type Six<S> = [S; 6];
 /// A symmetric matrix that belongs to [`Six`], by rows.
 pub type SixBySix = [[f64; 6]; 6];
 
+/// Rotation, rad, beyond which the rotation vector is near half a turn, where it jumps.
+const NEARLY: f64 = 2.5;
+
+/// The check of [`room_to_turn`].
+pub const TURNED: &[ChannelSpec] = &[ChannelSpec::new(
+    "turn",
+    "rad",
+    "is turned by more than 2.5 rad: at half a turn its rotation jumps to the other side, and its torque with it (give what turns that far \
+     no rotational stiffness here, and a `rotational-spring-damper` about its axis)",
+)];
+
+/// What is left to a rotation that is nearly half a turn, rad.
+pub fn room_to_turn<S: Scalar>(e: &Six<S>) -> S {
+    let theta = angular(e);
+    S::from(NEARLY) - theta.dot(&theta).sqrt()
+}
+
+/// Whether a load depends on rotation, by its stiffness and damping.
+pub fn is_turned(matrices: &[&SixBySix]) -> bool {
+    matrices.iter().flat_map(|matrix| &matrix[3..]).flatten().any(|entry| *entry != 0.0)
+}
+
 /// (1)
 pub fn deformation<S: Scalar>(at: &Motion<'_, S>, offset: [f64; 3]) -> Six<S> {
     let (i, j) = (&at.frames()[0], &at.frames()[1]);

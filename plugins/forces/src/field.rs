@@ -20,7 +20,8 @@
 //! of frame i: positive displacement, positive force. The preload p is the load at e = 0.
 //!
 //! ## Singular cases
-//! The rotation vector is undefined at half a turn between the frames and jumps there. The blocks `translation` and
+//! The rotation vector is undefined at half a turn between the frames and jumps there (a run warns from 2.5 rad on,
+//! ODY0750). The blocks `translation` and
 //! `rotation` must be symmetric (else there is no energy), and the damping must not be negative in any direction. The
 //! stiffness may be.
 //!
@@ -69,6 +70,8 @@ pub struct Field {
     damping: Option<SixBySix>,
     preload: [f64; 6],
     offset: [f64; 3],
+    /// Whether its load depends on rotation.
+    is_turned: bool,
 }
 
 /// Its parameters, as a scene gives them.
@@ -128,6 +131,7 @@ impl Element for Field {
         let [mx, my, mz] = p.preload_torque;
         Ok(Self {
             stiffness,
+            is_turned: deformation::is_turned(&[&stiffness, &damping]) || p.preload_torque != [0.0; 3],
             damping: damping.iter().flatten().any(|c| *c != 0.0).then_some(damping),
             preload: [fx, fy, fz, mx, my, mz],
             offset: p.offset,
@@ -152,6 +156,13 @@ impl Field {
 
 impl Force for Field {
     const CHANNELS: &'static [ChannelSpec] = crate::DEFORMATION_CHANNELS;
+
+    const CHECKS: &'static [ChannelSpec] = deformation::TURNED;
+
+    fn checks<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Values<'_, S>) {
+        let e = self.deformation(at);
+        out.push(if self.is_turned { deformation::room_to_turn(&e) } else { S::one() });
+    }
 
     fn wrench<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Wrenches<'_, S>) {
         let e = self.deformation(at);

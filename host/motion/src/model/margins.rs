@@ -28,7 +28,7 @@ pub struct Watched {
 }
 
 impl Model {
-    /// What is looked at: arguments of grids and of curves of joints; of elements with checks or a section in reports, all they report.
+    /// What is looked at: arguments of grids and of curves of joints; checks; of elements with a section in reports, all they report.
     #[must_use]
     pub fn watched(&self) -> Vec<Watched> {
         let of = |(element, instance): (usize, &Instance)| {
@@ -47,7 +47,7 @@ impl Instance {
     /// Whether it has a section of its own in reports.
     #[must_use]
     pub fn has_section(&self) -> bool {
-        self.class.kind != Kind::Joint && !(self.class.checks.is_empty() && self.class.report.is_empty())
+        self.class.kind != Kind::Joint && !self.class.report.is_empty()
     }
 }
 

@@ -84,18 +84,16 @@ pub struct GridRange {
 }
 
 impl ElementRecord {
-    /// Checks that did not hold, in words: `` `main` (forces/bearing-rating) is loaded beyond its rating: ... ``.
-    pub fn failed(&self, time_unit: &str) -> impl Iterator<Item = String> {
-        let who = format!("`{}` ({}/{})", self.element, self.library, self.type_name);
-        self.checks.iter().filter(|check| !check.holds).map(move |check| {
-            let margin = with_unit(check.margin, &check.unit);
-            let [first, at] = [check.first.unwrap_or(check.at), check.at].map(|t| with_unit(t, time_unit));
-            let doubt = if check.unique { "" } else { "; it depends on a reaction that is not unique" };
-            format!(
-                "{who} {}: first at t = {first}, margin of `{}` at the worst {margin} at t = {at}{doubt}",
-                check.words, check.name
-            )
-        })
+    /// A check of it that did not hold, in words: `` `main` (forces/bearing-rating) is loaded beyond its rating: ... ``.
+    #[must_use]
+    pub fn failed(&self, check: &ElementCheck, time_unit: &str) -> String {
+        let margin = with_unit(check.margin, &check.unit);
+        let [first, at] = [check.first.unwrap_or(check.at), check.at].map(|t| with_unit(t, time_unit));
+        let doubt = if check.unique { "" } else { "; it depends on a reaction that is not unique" };
+        format!(
+            "`{}` ({}/{}) {}: first at t = {first}, margin of `{}` at the worst {margin} at t = {at}{doubt}",
+            self.element, self.library, self.type_name, check.words, check.name
+        )
     }
 
     /// Grids that were left, in words.

@@ -68,12 +68,14 @@ impl Session {
     /// Warns of conditions that did not hold, once the run has ended. The status stays.
     pub(super) fn warn_of_elements(&self, summary: &mut Summary) {
         let unit = &summary.time_unit;
-        let failed = summary.elements.iter().flat_map(|one| one.failed(unit).map(|text| (codes::ELEMENT_CHECK, text)));
+        let failed = failed(&summary.elements, unit).into_iter().map(|text| (codes::ELEMENT_CHECK, text));
         let left = summary.elements.iter().flat_map(|one| one.left_grids(unit).map(|text| (codes::LEFT_GRID, text)));
         let warnings: Vec<String> = failed.chain(left).map(|(code, text)| format!("{code}: {text}")).collect();
         summary.warnings.extend(warnings);
         // What has no section of its own was there for this only.
-        summary.elements.retain(|one| !(one.checks.is_empty() && one.text.is_empty() && one.values.is_empty()));
+        summary.elements.retain(|one| {
+            !one.text.is_empty() || !one.values.is_empty() || one.checks.iter().any(|check| !check.holds)
+        });
     }
 
     fn range(&self, name: &str, unit: &str, seen: &Extremes) -> ValueRange {
@@ -103,4 +105,37 @@ impl Session {
     fn unit_of_time(&self) -> f64 {
         self.scene.units.factor(Dimension::TIME)
     }
+}
+
+/// Elements of a type that are named beside the first whose check did not hold.
+const NAMED: usize = 3;
+
+/// Checks that did not hold, in words: of elements of one type, the first that failed, and names of others.
+fn failed(elements: &[ElementRecord], time_unit: &str) -> Vec<String> {
+    let mut groups: Vec<Vec<(&ElementRecord, &ElementCheck)>> = Vec::new();
+    for (element, check) in elements.iter().flat_map(|one| one.checks.iter().map(move |check| (one, check))) {
+        let alike = |(other, same): &(&ElementRecord, &ElementCheck)| {
+            (&other.library, &other.type_name, &same.name) == (&element.library, &element.type_name, &check.name)
+        };
+        match groups.iter_mut().find(|group| alike(&group[0])) {
+            _ if check.holds => (),
+            Some(group) => group.push((element, check)),
+            None => groups.push(vec![(element, check)]),
+        }
+    }
+    let words = |group: Vec<(&ElementRecord, &ElementCheck)>| {
+        let time = |check: &ElementCheck| check.first.unwrap_or(check.at);
+        let first = (0..group.len()).min_by(|a, b| time(group[*a].1).total_cmp(&time(group[*b].1)))?;
+        let (element, check) = group[first];
+        let others: Vec<String> = (group.iter().enumerate().filter(|(k, _)| *k != first))
+            .map(|(_, (one, _))| format!("`{}`", one.element))
+            .collect();
+        let also = match others.len() {
+            0 => String::new(),
+            n if n <= NAMED => format!("; also {}", others.join(", ")),
+            n => format!("; also {} and {} more", others[..NAMED].join(", "), n - NAMED),
+        };
+        Some(element.failed(check, time_unit) + &also)
+    };
+    groups.into_iter().filter_map(words).collect()
 }

@@ -64,17 +64,27 @@ fn cantilever_under_a_tip_force_bends_as_in_the_textbook() {
     let params = format!("{BEAM}\nky = 0.8\nkz = 0.6");
     let probe = Probe::force::<Beam>(&params).expect("accepted");
     let (l, ga) = (0.5_f64, 80.0 * 0.3);
-    let deflection = |ei: f64, k: f64| 1e-6 * (l.powi(3) / (3.0 * ei) + l / (k * ga));
-    let slope = |ei: f64| 1e-6 * l * l / (2.0 * ei);
+    // So small that nothing of second order is left.
+    let load = 1e-12;
+    let deflection = |ei: f64, k: f64| load * (l.powi(3) / (3.0 * ei) + l / (k * ga));
+    let slope = |ei: f64| load * l * l / (2.0 * ei);
     let (iz, iy) = (200.0 * 0.03, 200.0 * 0.02);
     let found = probe.force_values(&bent([0.0, deflection(iz, 0.8), 0.0], [0.0, 0.0, slope(iz)]));
-    assert!((found.channels[1] - 1e-6).abs() < 1e-18 && found.channels[5].abs() < 1e-18, "{:?}", found.channels);
+    assert!(
+        (found.channels[1] - load).abs() < 1e-12 * load && found.channels[5].abs() < 1e-12 * load,
+        "{:?}",
+        found.channels
+    );
     // A positive rotation about y lowers the tip: z falls along x.
     let found = probe.force_values(&bent([0.0, 0.0, deflection(iy, 0.6)], [0.0, -slope(iy), 0.0]));
-    assert!((found.channels[2] - 1e-6).abs() < 1e-18 && found.channels[4].abs() < 1e-18, "{:?}", found.channels);
+    assert!(
+        (found.channels[2] - load).abs() < 1e-12 * load && found.channels[4].abs() < 1e-12 * load,
+        "{:?}",
+        found.channels
+    );
     // The clamp carries force and moment: P and P L at the first end.
-    assert!((found.torques[0].y + 1e-6 * l).abs() < 1e-15, "{}", found.torques[0]);
-    assert_vector(found.forces[0] * 1e6, [0.0, 0.0, 1.0]);
+    assert!((found.torques[0].y + load * l).abs() < 1e-9 * load, "{}", found.torques[0]);
+    assert_vector(found.forces[0] / load, [0.0, 0.0, 1.0]);
 }
 
 #[test]
@@ -85,6 +95,42 @@ fn axial_load_and_torsion_are_proportional() {
     assert_close(found.channels[3], 80.0 * 0.04 / 0.5 * 0.2);
     assert_vector(found.forces[1], [-200.0 * 0.3 / 0.5 * 0.01, 0.0, 0.0]);
     assert_close(found.potential.expect("given"), 0.5 * (120.0 * 1e-4 + 6.4 * 0.04));
+}
+
+/// What a pull adds to the stiffness of the second end: the geometric stiffness matrix, N (6 / 5 L, 1 / 10, 2 L / 15).
+#[test]
+fn a_pull_stiffens_a_beam_by_its_geometric_stiffness() {
+    let probe = Probe::force::<Beam>(BEAM).expect("accepted");
+    let (l, pull) = (0.5, 200.0 * 0.3 / 0.5 * 0.01);
+    let small = 1e-9;
+    let load = |x: f64, at: usize| {
+        let (mut u, mut theta) = ([x, 0.0, 0.0], [0.0; 3]);
+        if at < 3 {
+            u[at] = small
+        } else {
+            theta[at - 3] = small
+        }
+        let found = probe.force_values(&bent(u, theta)).channels;
+        std::array::from_fn::<f64, 6, _>(|k| found[k] / small)
+    };
+    let added = |at: usize| {
+        let (with, without) = (load(0.01, at), load(0.0, at));
+        std::array::from_fn::<f64, 6, _>(|k| with[k] - without[k])
+    };
+    // The chord is longer by a hundredth.
+    let chord = pull / (l + 0.01) + pull / (5.0 * l);
+    for (at, row, expected) in [
+        (1, 1, chord),
+        (2, 2, chord),
+        (1, 5, -pull / 10.0),
+        (5, 1, -pull / 10.0),
+        (2, 4, pull / 10.0),
+        (4, 2, pull / 10.0),
+        (4, 4, pull * 2.0 * l / 15.0),
+        (5, 5, pull * 2.0 * l / 15.0),
+    ] {
+        assert!((added(at)[row] - expected).abs() < 1e-6 * expected.abs(), "{at} {row}: {} {expected}", added(at)[row]);
+    }
 }
 
 #[test]
