@@ -502,3 +502,31 @@ fn the_compressor_shakes_less_as_predicted() {
         (0..3).for_each(|c| assert!((expected[c] - shown[c]).abs() < 0.01 * size, "{k} {c}: {expected:?} {shown:?}"));
     }
 }
+
+/// A particle on a rail, whose rotations the rail holds, is free to fall beside what is driven: -g t^2 / 2.
+#[test]
+fn particles_that_joints_keep_from_turning_are_counted_as_they_move() {
+    let text = "[plugins]\nlibraries = [\"joints\"]\n[simulation]\ngravity = [0, 0, -9.81]\nt_end = 1\noutput_step = 0.1\n\
+                [[body]]\nname = \"shaft\"\nmass = 1\ninertia = [1, 1, 1]\nposition = [1, 0, 0]\n\
+                [[joint]]\nname = \"hinge\"\ntype = \"revolute\"\nbodies = [\"ground\", \"shaft\"]\npoint = [1, 0, 0]\naxis = [0, 0, 1]\n\
+                [[joint]]\nname = \"motor\"\ntype = \"rotation-driver\"\nbodies = [\"ground\", \"shaft\"]\npoint = [1, 0, 0]\n\
+                axis = [0, 0, 1]\nparams.angle = \"3*t\"\n\
+                [[body]]\nname = \"load\"\nmass = 50\nparticle = true\n\
+                [[joint]]\nname = \"rail\"\ntype = \"translational\"\nbodies = [\"ground\", \"load\"]\npoint = [0, 0, 0]\naxis = [0, 0, 1]\n\
+                [[output]]\nname = \"z\"\nquantity = \"position\"\nof = \"load\"\ncomponent = \"z\"\n";
+    let session = open_text(text, &[]);
+    assert_eq!(session.plan.mobility, 1);
+    let report = session.run(None, Box::new(|_| ()), &Default::default()).unwrap();
+    assert_eq!(report.exit_code(), 0);
+    let fallen = crate::support::column(&report, "z");
+    let off = report.times.iter().zip(fallen).map(|(t, z)| (z + 0.5 * 9.81 * t * t).abs()).fold(0.0, f64::max);
+    assert!(off < 1e-10, "{off:e}");
+    // Two particles that keep each other from turning, and no more.
+    let pair = text.replace("bodies = [\"ground\", \"load\"]", "bodies = [\"ballast\", \"load\"]")
+        + "[[body]]\nname = \"ballast\"\nmass = 1\nparticle = true\n";
+    assert_eq!(open_text(&pair, &[]).plan.mobility, 4);
+    // What turns with a shaft would have to take a torque.
+    let carried = text.replace("bodies = [\"ground\", \"load\"]", "bodies = [\"shaft\", \"load\"]");
+    let error = open_text(&carried, &[]).run(None, Box::new(|_| ()), &Default::default()).unwrap_err().to_string();
+    assert!(error.contains("ODY0606") && error.contains("`load`"), "{error}");
+}

@@ -1,9 +1,10 @@
 //! [`Plan`]: which rows are independent, which reactions are unique, what is skipped.
 
+use std::collections::BTreeSet;
 use std::ops::Range;
 
 use element_api::recording::Role;
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{DMatrix, Matrix3, Vector3};
 
 use super::axes::{Crosswise, crosswise};
 use super::layout::Layout;
@@ -11,7 +12,8 @@ use super::locked::{Locked, locked};
 use super::topology::Topology;
 use super::undetermined::{NullLoads, Undetermined, undetermined};
 use crate::linalg::{
-    Clusters, DenseQr, Health, KktSolver, KktStructure, LIGHT, LinalgError, NullVector, SparseRank, TRUSTED,
+    Clusters, DenseQr, Health, KktSolver, KktStructure, LIGHT, LinalgError, NullVector, SingularValues, SparseRank,
+    TRUSTED,
 };
 use crate::model::{Model, rotation};
 
@@ -186,9 +188,7 @@ impl Plan {
             crosswise: crosswise(model, layout, probe),
             independent_rows,
             redundant_rows,
-            // The three rotations of a particle are none. Joints that hold them all the same fail later, with a name.
-            mobility: (layout.velocities() - health.rank)
-                .saturating_sub(3 * model.bodies.iter().filter(|body| body.particle).count()),
+            mobility: layout.velocities() - health.rank - free_rotations_of_particles(model, probe),
             health,
             independence,
             reactions,
@@ -219,6 +219,30 @@ impl Plan {
         let list = if torque { &reaction.torque } else { &reaction.force };
         component.map_or_else(|| list.iter().all(|u| *u), |k| list[k])
     }
+}
+
+/// The rotations of particles, which are none of the motion, as far as no rows hold them.
+fn free_rotations_of_particles(model: &Model, probe: &Probe<'_>) -> usize {
+    let particles: Vec<usize> = (0..model.bodies.len()).filter(|body| model.bodies[*body].particle).collect();
+    if particles.is_empty() {
+        return 0;
+    }
+    let place = |column: usize| (column % 6 >= 3).then(|| particles.binary_search(&(column / 6)).ok()).flatten();
+    let held = probe.structure.jacobian.iter().zip(probe.jacobian).filter_map(|((row, column), value)| {
+        Some((*row, 3 * place(*column)? + column % 3, value * probe.scales[*column])).filter(|held| held.2 != 0.0)
+    });
+    let held: Vec<(usize, usize, f64)> = held.collect();
+    let numbers = |of: &dyn Fn(&(usize, usize, f64)) -> usize| held.iter().map(of).collect::<BTreeSet<usize>>();
+    let (rows, columns) = (numbers(&|held| held.0), numbers(&|held| held.1));
+    let (rows, columns): (Vec<usize>, Vec<usize>) = (rows.into_iter().collect(), columns.into_iter().collect());
+    let mut matrix = DMatrix::zeros(rows.len(), columns.len());
+    for (row, column, value) in &held {
+        if let (Ok(row), Ok(column)) = (rows.binary_search(row), columns.binary_search(column)) {
+            matrix[(row, column)] = *value;
+        }
+    }
+    let rank = SingularValues::of(&matrix).map_or(0, |values| values.rank(RANK_TOLERANCE * values.largest()));
+    3 * particles.len() - rank
 }
 
 /// Why elimination is not trusted with the rows in use, by its pivot ratio and by that of the rows whatever the masses.

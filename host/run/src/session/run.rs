@@ -3,7 +3,7 @@
 use std::cell::OnceCell;
 use std::time::Instant;
 
-use super::error::{SessionError, start_error};
+use super::error::SessionError;
 use super::opened::Session;
 use super::outcome::RunReport;
 use super::samplings::Rows;
@@ -422,7 +422,7 @@ impl<'a> Run<'a> {
     /// Equations without a finite value.
     pub(super) fn watch_start(&mut self) -> Result<(), SessionError> {
         let watched = self.system.watch(self.time, &self.state);
-        watched.map_err(|error| start_error(&self.session.scene, &error))
+        watched.map_err(|error| self.session.cannot_start(error, self.time))
     }
 
     /// What is left behind, with the session and the rows, of a run that was to reach a time, s.

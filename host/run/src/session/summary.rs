@@ -230,7 +230,8 @@ impl Session {
     /// The motion cannot start at this time, s: by the fault of an element, or of its equations.
     pub(super) fn cannot_start(&self, error: AnalysisError, t: f64) -> SessionError {
         let general = start_error(&self.scene, &error);
-        let fault = self.element_fault(&IntegrateError::System { t, cause: Box::new(error) });
+        let error = IntegrateError::System { t, cause: Box::new(error) };
+        let fault = self.element_fault(&error).or_else(|| self.particle_fault(&error));
         fault.map_or(general, |diagnostic| SessionError::one(&self.scene.source, diagnostic).of_integration())
     }
 
