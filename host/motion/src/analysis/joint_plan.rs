@@ -6,6 +6,7 @@ use super::followers::followers;
 use super::formulation::{AnalysisError, Counters};
 use super::joint_engines::{Look, Safe, Solving, Unrolled, pivot_ratio};
 use super::joint_start::JointStart;
+use super::overshadowed::overshadowed;
 use crate::linalg::Health;
 use crate::model::Model;
 use crate::plan::{Layout, Measure, SpanningTree};
@@ -77,10 +78,14 @@ impl JointPlan {
         }
         loop {
             let tree = SpanningTree::new(model, |element| !refused.contains(&element));
-            let found = JointStart::new(model, &tree, assembly.scales.length).find(&assembly.working);
+            let mut start = JointStart::new(model, &tree, assembly.scales.length);
+            let found = start.find(&assembly.working);
             let failed = tree.joints.iter().zip(&found).filter(|(_, state)| state.is_none());
             let before = refused.len();
             refused.extend(failed.filter_map(|(joint, _)| joint.element));
+            if refused.len() == before && !equations.may_need_solution() {
+                refused.extend(overshadowed(model, &tree, &mut start, &assembly.working));
+            }
             if refused.len() == before {
                 return Some(tree);
             }

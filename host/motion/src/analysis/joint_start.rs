@@ -35,6 +35,9 @@ pub(super) struct JointState {
     pub(super) velocities: Vec<f64>,
 }
 
+/// See [`JointStart::motions`].
+pub(super) type Motions = (Vector3<f64>, Vec<[Vector3<f64>; 2]>);
+
 /// See the module documentation.
 pub(super) struct JointStart {
     markers: Vec<[Marker; 2]>,
@@ -93,6 +96,26 @@ impl JointStart {
         let found: Vec<_> = (0..joints).map(one).collect();
         self.last = Some((working.to_vec(), found.clone()));
         found
+    }
+
+    /// How the second frame of a joint moves against the first with each velocity, at its coordinates `q` and a working state: origin,
+    /// m, and angular velocity and velocity of that per unit, ground axes. `None` for a body that floats.
+    pub(super) fn motions(&mut self, number: usize, q: &[f64], working: &[f64]) -> Option<Motions> {
+        let [first, second] = &self.markers[number];
+        let (i, j) = (placed(first, working), placed(second, working));
+        let (joint, place) = (&self.joints[number], self.pose_of[number]?);
+        let outputs = self.poses[place].at(&q[..joint.coordinates]);
+        let reached = matrix(&outputs[3..12]);
+        let own = (0..joint.coordinates).map(|k| {
+            let slope = &outputs[12 * (k + 1)..12 * (k + 2)];
+            let axis = vee(&(matrix(&slope[3..12]) * reached.transpose()));
+            [i.axes * axis, i.axes * Vector3::from_column_slice(&slope[..3])]
+        });
+        let mut motions: Vec<_> = own.collect();
+        if joint.rotates {
+            motions.extend((0..3).map(|k| [j.axes.column(k).into_owned(), Vector3::zeros()]));
+        }
+        Some((j.position, motions))
     }
 
     fn find_joint(&mut self, number: usize, working: &[f64]) -> Option<JointState> {

@@ -53,6 +53,7 @@ mod linearisation;
 mod local;
 mod motion;
 mod newton;
+mod overshadowed;
 mod passage;
 mod precise;
 mod precise_outputs;
