@@ -15,7 +15,9 @@ use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use super::friction::{Grip, norm};
 use super::indeterminate::TAKES_PART;
+use super::smallest::{block, blocks};
 use super::{Meeting, RANK_TOLERANCE};
+use crate::linalg::connected_blocks;
 
 /// How much of balances is added at most, in the largest of the forces.
 const MOST_ADDED: f64 = 2.0;
@@ -160,19 +162,40 @@ impl Shares {
     }
 
     /// Chooses among forces that have the same effect; `limits` are those of frictions, or shares of the reactions of contacts. Gives how
-    /// much of each balance is added, and the margin, N: negative where there is no way. `None` where nothing is open.
-    pub fn choose(&self, forces: &mut Balance, limits: &[f64]) -> Option<(DVector<f64>, f64)> {
+    /// much of each balance is added, and the margin of each of [`Shares::parts`], N: negative where there is no way. `None` where
+    /// nothing is open. What has to do with each other by balances and conditions shares one margin; what is apart is decided by itself.
+    pub fn choose(&self, forces: &mut Balance, limits: &[f64]) -> Option<(DVector<f64>, Vec<Option<f64>>)> {
         if self.is_empty() {
             return None;
         }
         let cones = self.cones(forces, limits);
-        let largest = cones.iter().fold(0.0_f64, |most, cone| most.max(cone.h.abs()).max(norm(cone.t)));
-        if largest <= 0.0 || !largest.is_finite() {
+        let changing = |cone: &Cone| -> Vec<usize> {
+            let own = cone.changes.iter().enumerate().filter(|(_, (t, h))| norm(*t) > 0.0 || *h != 0.0);
+            own.map(|(k, _)| k).collect()
+        };
+        let changing: Vec<Vec<usize>> = cones.iter().map(changing).collect();
+        let pairs = changing.iter().flat_map(|own| own.windows(2).map(|pair| (pair[0], pair[1])));
+        let mut added = DVector::zeros(self.balances.len());
+        let mut margins = vec![None; cones.len()];
+        for own in connected_blocks(self.balances.len(), pairs) {
+            let is_own = |k: &usize| changing[*k].first().is_some_and(|first| own.contains(first));
+            let mine: Vec<usize> = (0..cones.len()).filter(is_own).collect();
+            let sizes = mine.iter().map(|k| cones[*k].h.abs().max(norm(cones[*k].t)));
+            let largest = sizes.fold(0.0, f64::max);
+            if largest <= 0.0 || !largest.is_finite() {
+                continue;
+            }
+            let part = mine.iter().map(|k| cones[*k].part(&own, largest)).collect::<Vec<_>>();
+            let Some(z) = widest(&part, own.len()) else { continue };
+            let z = z * largest;
+            own.iter().zip(z.iter()).for_each(|(k, share)| added[*k] = *share);
+            mine.iter().for_each(|k| margins[*k] = Some(-z[own.len()]));
+        }
+        if margins.iter().all(Option::is_none) {
             return None;
         }
-        let z = widest(cones, self.balances.len(), largest)? * largest;
-        self.balances.iter().zip(z.iter()).for_each(|(balance, share)| forces.add(balance, *share));
-        Some((z.rows(0, self.balances.len()).into_owned(), -z[self.balances.len()]))
+        self.balances.iter().zip(added.iter()).for_each(|(balance, share)| forces.add(balance, *share));
+        Some((added, margins))
     }
 
     /// Those of contacts that take part, by their places in the list, then of frictions, each with the length of its gradient.
@@ -207,6 +230,14 @@ impl Shares {
     }
 }
 
+impl Cone {
+    /// With some balances alone, in units of `unit`.
+    fn part(&self, balances: &[usize], unit: f64) -> Self {
+        let changes = balances.iter().map(|k| self.changes[*k]).collect();
+        Self { t: self.t.map(|x| x / unit), h: self.h / unit, changes }
+    }
+}
+
 impl Balance {
     fn add(&mut self, other: &Self, share: f64) {
         self.normals.iter_mut().zip(&other.normals).for_each(|(value, part)| *value += share * part);
@@ -223,21 +254,21 @@ fn of_limited(found: Vec<DVector<f64>>, limited: &[usize], size: impl Fn(usize) 
     }
     let product =
         |a: &DVector<f64>, b: &DVector<f64>| -> f64 { limited.iter().map(|k| a[*k] * b[*k] * size(*k).powi(2)).sum() };
-    let gram = SymmetricEigen::new(DMatrix::from_fn(n, n, |i, j| product(&found[i], &found[j])));
-    let kept = (0..n).filter(|k| gram.eigenvalues[*k] > TAKES_PART * TAKES_PART);
-    let combined = |k: usize| {
-        let parts = found.iter().enumerate().map(|(i, one)| one * gram.eigenvectors[(i, k)]);
-        parts.sum::<DVector<f64>>() / gram.eigenvalues[k].sqrt()
+    let gram = DMatrix::from_fn(n, n, |i, j| product(&found[i], &found[j]));
+    // What is apart stays so.
+    let of_block = |own: Vec<usize>| {
+        let eigen = SymmetricEigen::new(block(&gram, &own));
+        let combined = |k: usize| {
+            let parts = own.iter().enumerate().map(|(i, place)| &found[*place] * eigen.eigenvectors[(i, k)]);
+            parts.sum::<DVector<f64>>() / eigen.eigenvalues[k].sqrt()
+        };
+        (0..own.len()).filter(|k| eigen.eigenvalues[*k] > TAKES_PART * TAKES_PART).map(combined).collect::<Vec<_>>()
     };
-    kept.map(combined).collect()
+    blocks(&gram).into_iter().flat_map(of_block).collect()
 }
 
-/// x and s with the least s for which all cones hold and x is within bounds, in units of `unit`.
-fn widest(mut cones: Vec<Cone>, count: usize, unit: f64) -> Option<DVector<f64>> {
-    for cone in &mut cones {
-        cone.t = cone.t.map(|x| x / unit);
-        cone.h /= unit;
-    }
+/// x and s with the least s for which all cones hold and x is within bounds.
+fn widest(cones: &[Cone], count: usize) -> Option<DVector<f64>> {
     let mut z = DVector::zeros(count + 1);
     z[count] = 1.0 + cones.iter().map(|cone| norm(cone.t) - cone.h).fold(f64::NEG_INFINITY, f64::max);
     // Each cone counts twice, as does the bound of x.
@@ -245,7 +276,7 @@ fn widest(mut cones: Vec<Cone>, count: usize, unit: f64) -> Option<DVector<f64>>
     let mut along = 1.0_f64;
     loop {
         for _ in 0..MOST_CORRECTIONS {
-            let (mut gradient, mut hessian) = barrier(&cones, &z);
+            let (mut gradient, mut hessian) = barrier(cones, &z);
             gradient[count] += along;
             // Along what limits hardly bend is next to nothing beside what they bend.
             let flat = FLAT * hessian.diagonal().amax();
@@ -325,13 +356,33 @@ mod tests {
         let frictions = (0..3).map(|number| (number, None)).collect();
         let shares = Shares { contacts: vec![0], frictions, sizes: vec![1.0; 4], balances };
         let mut found = Balance { normals: vec![0.0], forces: forces([26.0, 0.0, load]) };
-        let (_, margin) = shares.choose(&mut found, limits).expect("something is open");
+        let (_, margins) = shares.choose(&mut found, limits).expect("something is open");
+        let margin = margins.into_iter().flatten().fold(f64::INFINITY, f64::min);
         // Where the third brake and the two others have as much left, or all that the least of them has.
         let [one, other, third] = *limits;
         let pressing = (one + other - 26.0 - 2.0 * (third - load)) / 3.0;
         let expected = pressing.min(third - load + pressing).min(other);
         assert!((found.normals[0] + found.forces[2][0] - load).abs() < 1e-9 * load);
         (margin, expected)
+    }
+
+    /// Two pairs of brakes that have nothing to do with each other: each pair leaves half of what its limits are more than its load.
+    #[test]
+    fn what_is_apart_has_margins_of_its_own() {
+        let half = 0.5_f64.sqrt();
+        let forces = |all: [f64; 4]| all.map(|force| [force, 0.0]).to_vec();
+        let balance = |all: [f64; 4]| Balance { normals: Vec::new(), forces: forces(all) };
+        let balances = vec![balance([half, -half, 0.0, 0.0]), balance([0.0, 0.0, half, -half])];
+        let frictions = (0..4).map(|number| (number, None)).collect();
+        let shares = Shares { contacts: Vec::new(), frictions, sizes: vec![1.0; 4], balances };
+        let mut found = balance([9.0, 0.0, 6e-3, 0.0]);
+        let (_, margins) = shares.choose(&mut found, &[10.0, 6.0, 4e-3, 4e-3]).expect("something is open");
+        for (margin, expected) in margins.into_iter().zip([3.5, 3.5, 1e-3, 1e-3]) {
+            let margin = margin.expect("has a part");
+            assert!((margin - expected).abs() < 1e-9 * expected, "{margin} in place of {expected}");
+        }
+        let load = |k: usize| found.forces[k][0] + found.forces[k + 1][0];
+        assert!((load(0) - 9.0).abs() < 1e-12 && (load(2) - 6e-3).abs() < 1e-15, "{found:?}");
     }
 
     /// Where several limits are as near as each other, what they leave in other directions is next to nothing beside them: the margin was not

@@ -63,15 +63,20 @@ impl Touch {
     /// The same of all that are closed and stick, which share what rigid bodies leave open: see [`Shares`](crate::analysis::Shares). Of
     /// those that have a part in that, it is what there is at least in the best of ways to share.
     pub(super) fn leave(&mut self, values: &mut [f64]) {
-        let margin = self.share();
+        let margins = self.share();
         for k in &self.closed {
             values[*k] = self.left(*k);
         }
-        let Some(margin) = margin else { return };
-        let (contacts, frictions) = self.shares.parts();
-        contacts.for_each(|(place, size)| values[self.shares.contacts[place]] = margin / size);
+        let Some(margins) = margins else { return };
         let first = self.first_friction();
-        frictions.for_each(|(place, size)| values[first + self.shares.frictions[place].0] = margin / size);
+        let (contacts, frictions) = self.shares.parts();
+        let contacts = contacts.map(|(place, size)| (self.shares.contacts[place], size));
+        let frictions = frictions.map(|(place, size)| (first + self.shares.frictions[place].0, size));
+        for ((number, size), margin) in contacts.chain(frictions).zip(margins) {
+            if let Some(margin) = margin {
+                values[number] = margin / size;
+            }
+        }
     }
 
     /// Takes what is shared from here on, where contacts meet.
@@ -91,8 +96,8 @@ impl Touch {
         self.shares.leave_out(contact, friction);
     }
 
-    /// Lets those that are closed and stick share what they hold. Gives the margin.
-    fn share(&mut self) -> Option<f64> {
+    /// Lets those that are closed and stick share what they hold. Gives the margin of each that has a part in it.
+    fn share(&mut self) -> Option<Vec<Option<f64>>> {
         let Shares { contacts, frictions, .. } = &self.shares;
         // What acts is against the multipliers.
         let acts = |(number, _): &(usize, Option<usize>)| self.holds[*number].0.map(|x| -x);
@@ -105,10 +110,10 @@ impl Touch {
         };
         let limits: Vec<f64> = frictions.iter().map(limit).collect();
         let mut found = Balance { normals: contacts.iter().map(|k| self.normals[*k]).collect(), forces };
-        let (_, margin) = self.shares.choose(&mut found, &limits)?;
+        let (_, margins) = self.shares.choose(&mut found, &limits)?;
         contacts.iter().zip(&found.normals).for_each(|(k, normal)| self.normals[*k] = *normal);
         frictions.iter().zip(&found.forces).for_each(|((number, _), force)| self.holds[*number].0 = force.map(|x| -x));
-        Some(margin)
+        Some(margins)
     }
 
     /// What begins to slide or to stick: frictions by their numbers behind the contacts.
