@@ -64,6 +64,39 @@ fn a_drive_that_strains_rows_taken_for_redundant_is_suspect_with_the_cause() {
     assert_eq!(run(slider_crank([Y; 3], X, drive)).status, Status::Completed);
 }
 
+/// Two ways from the first shaft to the last, by two layshafts; the number of teeth of the last wheel of the second.
+fn two_ways(teeth: u32) -> Session {
+    let mut text =
+        "[plugins]\nlibraries = [\"odyn-joints\"]\n[simulation]\nt_end = 0.2\noutput_step = 0.1\n".to_owned();
+    for (name, x) in [("in", 0.0), ("left", -0.2), ("right", 0.2), ("out", 0.0)] {
+        let z = if name == "out" { 0.1 } else { 0.0 };
+        text += &format!(
+            "[[body]]\nname = \"{name}\"\nmass = 1\ninertia = [0.1, 0.1, 0.1]\nposition = [{x:?}, 0, {z:?}]\n\
+             [[joint]]\nname = \"bearing of {name}\"\ntype = \"revolute\"\nbodies = [\"ground\", \"{name}\"]\npoint = [{x:?}, 0, {z:?}]\n\
+             axis = [0, 0, 1]\n"
+        );
+    }
+    let wheels =
+        [("in", "left", 20, 40), ("in", "right", 20, 40), ("left", "out", 25, 35), ("right", "out", 25, teeth)];
+    for (first, second, a, b) in wheels {
+        text += &format!(
+            "[[joint]]\nname = \"{first}-{second}\"\ntype = \"gear\"\nbodies = [\"ground\", \"{first}\", \"ground\", \"{second}\"]\n\
+             point = [0, 0, 0]\nparams = {{ teeth_1 = {a}, teeth_2 = {b} }}\n"
+        );
+    }
+    open_text(&text, &[])
+}
+
+#[test]
+fn gears_whose_ratios_do_not_fit_around_a_loop_are_warned_of() {
+    let fits = two_ways(35);
+    assert_eq!((fits.plan.mobility, said(&fits)), (1, Vec::<String>::new()));
+    let locked = two_ways(36);
+    let said = said(&locked);
+    assert_eq!((locked.plan.mobility, said.len()), (0, 1));
+    assert!(said[0].contains("`in-left`") && said[0].contains("ratios must multiply to one"), "{said:?}");
+}
+
 /// An arm on a hinge about x and a wheel that turns about it, with one more element.
 fn arm(element: &str) -> Session {
     let text = "[plugins]\nlibraries = [\"odyn-joints\", \"odyn-forces\"]\n[simulation]\nt_end = 0.1\noutput_step = 0.1\n\

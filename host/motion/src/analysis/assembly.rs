@@ -51,6 +51,8 @@ pub struct Assembly {
     pub scales: Scales,
     /// How far each body was moved to meet the joints; only bodies that moved more than round-off.
     pub moves: Vec<Move>,
+    /// Where bodies were moved, the row that is missed most where the scene puts them, by joint and name, and by how much, m.
+    pub missed: Option<(String, f64)>,
     /// Newton steps taken.
     pub steps: usize,
     /// Initial velocities that the joints do not allow.
@@ -197,6 +199,16 @@ pub fn assemble_from(
         result => result?,
     };
     let moves = moved(model, &given, &state, scales.length);
+    let missed = if moves.is_empty() {
+        None
+    } else {
+        let mut rows = Constraints::of_positions(equations)?;
+        let reached = inputs.clone();
+        evaluate(&mut rows, model, layout, t, &given, &mut inputs, scales.length)?;
+        inputs = reached;
+        let (by, row) = rows.worst(rows.values(), scales.length);
+        row.map(|row| layout.element_of_row(row)).map(|(element, k)| (model.elements[element].row_name(k), by))
+    };
     let (mut chosen, mut given_speed) = (Vec::new(), 0.0);
     let velocity_misses = {
         let free = (&mut chosen, &mut given_speed);
@@ -213,7 +225,18 @@ pub fn assemble_from(
     take_unknowns(layout, &inputs, &mut state);
     let mut scales = Scales { length: scales.length, ..Scales::new(model, &state) };
     scales.grow(&state, layout.bodies);
-    Ok(Assembly { working: state, references, discrete, scales, moves, steps, velocity_misses, chosen, given_speed })
+    Ok(Assembly {
+        working: state,
+        references,
+        discrete,
+        scales,
+        moves,
+        missed,
+        steps,
+        velocity_misses,
+        chosen,
+        given_speed,
+    })
 }
 
 /// A place that the motion comes to: the start, at time `t`, moved along its velocities and brought to the joints, with the

@@ -1,7 +1,8 @@
 //! [`Locked`]: closed loops whose joints leave each other no freedom.
 //!
 //! Four hinges in a loop move if their axes are parallel, and hold each other fast if one of them is off by the last digits that
-//! somebody typed. Both are answers; the second is seldom what was meant.
+//! somebody typed. Both are answers; the second is seldom what was meant. So it is with wheels whose ratios do not multiply to one around
+//! a loop of gears.
 
 use element_api::Kind;
 use element_api::recording::{Input, Op, Role};
@@ -25,6 +26,8 @@ pub struct Locked {
     pub joints: Vec<usize>,
     /// The joint that is least in line with the others, if any is nearly.
     pub askew: Option<Askew>,
+    /// Whether gears are among them, or couplers.
+    pub geared: bool,
 }
 
 /// A joint whose direction nearly fits those of others in its loop.
@@ -83,9 +86,15 @@ pub(super) fn locked(model: &Model, layout: &Layout, probe: &Probe<'_>, redundan
         }
         joints.retain(|joint| rows(joint).len() < 6);
         let askew = askew(model, layout, probe, &joints);
+        // Gears relate motions of several pairs of bodies, and hold none.
+        let couples = |joint: &usize| model.elements[*joint].markers.len() > 2;
+        let geared = joints.iter().any(couples);
         let is_structure = of_all == columns || joints.iter().any(|joint| rows(joint).len() < GUIDING);
-        if askew.is_some() || !is_structure {
-            found.push(Locked { joints, askew });
+        if askew.is_none() && geared {
+            joints.retain(couples);
+        }
+        if askew.is_some() || geared || !is_structure {
+            found.push(Locked { joints, askew, geared });
         }
     }
     found

@@ -349,12 +349,17 @@ fn a_loop_whose_axes_are_not_parallel_is_locked_by_the_one_that_is_off() {
     for angle in [1e-7_f64, 1e-5, 1e-3, 0.1] {
         let plan = prepared(&four_bar([angle.sin(), angle.cos(), 0.0])).plan;
         assert_eq!(plan.mobility, 0);
-        let [Locked { joints, askew: Some(askew) }] = &plan.locked[..] else { panic!("{:?}", plan.locked) };
+        let [Locked { joints, askew: Some(askew), geared: false }] = &plan.locked[..] else {
+            panic!("{:?}", plan.locked)
+        };
         assert_eq!((&joints[..], askew.joint, askew.slides), (&[0, 1, 2, 3][..], 2, false));
         assert!((askew.angle - angle).abs() < 1e-9, "{angle}: {askew:?}");
     }
     // Where it is far off, none is nearly in line with the others.
-    assert_eq!(prepared(&four_bar([0.0, 0.0, 1.0])).plan.locked, [Locked { joints: vec![0, 1, 2, 3], askew: None }]);
+    assert_eq!(
+        prepared(&four_bar([0.0, 0.0, 1.0])).plan.locked,
+        [Locked { joints: vec![0, 1, 2, 3], askew: None, geared: false }]
+    );
     assert_eq!(prepared(&four_bar([0.0, 1.0, 0.0])).plan.locked, []);
     assert_eq!(prepared(&four_bar([0.0, -1.0, 1e-12])).plan.locked, []);
 }

@@ -76,6 +76,7 @@ impl Session {
             references: Vec::new(),
             discrete: Vec::new(),
             moves: Vec::new(),
+            missed: None,
             velocity_misses: Vec::new(),
             chosen: Vec::new(),
             ..*whole

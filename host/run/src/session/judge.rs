@@ -9,12 +9,13 @@ use super::samplings::Samplings;
 use super::savings::plural;
 use crate::analysis::Assembly;
 use crate::diagnostics::{Code, codes};
-use crate::model::{Axes, Channel, MAGNITUDE, Quantity};
+use crate::model::{Axes, Channel, MAGNITUDE, Quantity, operations_behind, rows};
 use crate::results::{
     Audit, AuditLimits, Event, EventKind, Excess, Measure, Released, Remedy, ResultsError, Status, Summary, significant,
 };
 use crate::scene::{AuditTolerance, Dimension};
 use element_api::descriptor::Kind;
+use element_api::recording::Op;
 
 /// Bodies that move by less than this share of the scene's size during a run are at rest.
 const AT_REST: f64 = 1e-9;
@@ -313,6 +314,15 @@ impl Session {
         Some(format!("{}; {}", self.finding(excess, self.blamed(excess.measure, audit)), self.advice(excess)))
     }
 
+    /// Whether something in the equations of a row may have a corner: a choice, a table, a root where its argument is zero.
+    fn may_have_kinks(&self, row: usize) -> bool {
+        let instance = &self.model.elements[self.plan.layout.element_of_row(row).0];
+        let kinked = |(_, op): &(u32, Op)| {
+            matches!(op, Op::Sqrt(_) | Op::Powf(..) | Op::Atan2(..) | Op::Select(..) | Op::Table(..))
+        };
+        operations_behind(&instance.recording, rows(&instance.recording)).iter().any(kinked)
+    }
+
     /// What a user may try.
     fn advice(&self, excess: &Excess) -> String {
         if excess.measure == Measure::Loads {
@@ -326,7 +336,14 @@ impl Session {
                     actuator), or give the contact a stiffness (`bump-stop`)"
                 .into();
         }
-        if excess.measure == Measure::Velocity && excess.found > JUMP && !self.has_fixed_steps() {
+        let turned = excess.measure == Measure::Velocity && excess.found > JUMP && !self.has_fixed_steps();
+        if turned && excess.row.is_some_and(|row| !self.may_have_kinks(row)) {
+            return "velocities are turned at once there, without the impact that this would be, and nothing in the equations of this joint has a \
+                    corner: the mechanism passes a singular position (it is stretched, or a joint is bent to its end), or the derivatives that \
+                    the joint's library gives are not those of its rows (`odyn plugin check`)"
+                .into();
+        }
+        if turned {
             return "it has a kink there: a function or a curve with a corner (`min`, `max`, `abs`), or points that it measures between and \
                     that meet. Velocities are turned at once, without the impact that this would be; round the corner off \
                     (`servo-rotation` and `servo-displacement` do that), or keep the points apart"

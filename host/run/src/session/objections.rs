@@ -130,6 +130,10 @@ pub(super) fn assembly_warnings(assembly: &Assembly, scene: &Scene) -> Result<Ve
             ))
         });
         if share > LARGEST_JUMP {
+            let missed = assembly.missed.as_ref().map(|(row, by)| {
+                let by = significant(by / factor, 4);
+                format!("where the scene puts the bodies, the row `{row}` is missed most, by {by} {label}")
+            });
             let diagnostic = Diagnostic::error(
                 codes::ASSEMBLY_JUMP,
                 format!("assembly would move `{}` far from where the scene puts it", moved.body),
@@ -138,7 +142,7 @@ pub(super) fn assembly_warnings(assembly: &Assembly, scene: &Scene) -> Result<Ve
             .help(
                 "give positions and orientations nearer to an assembled state, or correct the joint that pulls it away",
             );
-            return Err(SessionError::one(&scene.source, diagnostic.help_if(hint)));
+            return Err(SessionError::one(&scene.source, diagnostic.help_if(missed).help_if(hint)));
         }
         let message = format!("`{}` was not where its joints need it", moved.body);
         warnings.push(Diagnostic::warning(codes::ASSEMBLY_JUMP, message).at(span, text).help_if(hint));
@@ -291,9 +295,13 @@ pub(super) fn locked_warnings(plan: &Plan, model: &Model, scene: &Scene) -> Vec<
         let diagnostic = Diagnostic::warning(codes::LOCKED_LOOP, message);
         let Some(Askew { joint, other, slides, angle }) = locked.askew else {
             let first = locked.joints.first().map_or(0..0, |joint| place_of_element(scene, name(*joint)));
-            return diagnostic
-                .at(first, "together they leave no freedom")
-                .help("check the axes and points of these joints; leave it if it is meant as a structure");
+            let help = if locked.geared {
+                "around a loop of gears the ratios must multiply to one, with their signs: external wheels turn opposite ways; check teeth, \
+                 ratios and what is held; leave it if it is not meant to turn"
+            } else {
+                "check the axes and points of these joints; leave it if it is meant as a structure"
+            };
+            return diagnostic.at(first, "together they leave no freedom").help(help);
         };
         let (angle, other) = (format!("{} {label}", significant(angle / unit, 3)), name(other));
         let text = match slides {
