@@ -14,11 +14,13 @@ mod search;
 
 use std::collections::VecDeque;
 
+use nalgebra::Vector3;
 use serde::Serialize;
 
 use crate::analysis::start_inputs;
 use crate::diagnostics::{Diagnostic, codes};
 use crate::linear::{Linear, Port, check_elements, refuse};
+use crate::model::rotation;
 use crate::modes::{Modes, Stability};
 use crate::moves;
 use crate::session::{Instant, Restart, Session, SessionError};
@@ -46,7 +48,7 @@ pub struct Audit {
 pub struct Pose {
     /// Its name.
     pub body: String,
-    /// The centre of mass, m, ground axes.
+    /// The origin of the body frame, m, ground axes, as a scene gives it.
     pub position: [f64; 3],
     /// Euler parameters body -> ground, scalar first.
     pub orientation: [f64; 4],
@@ -240,7 +242,9 @@ fn settle(session: &Session, search: &Search<'_>, place: Place, number: usize) -
     say_friction(session, &friction, &mut modes.notes);
     let bodies = (session.model.bodies.iter().enumerate()).map(|(body, record)| {
         let at = |k: usize| instant.inputs[layout.body_slot(body, k)];
-        Pose { body: record.name.clone(), position: [at(0), at(1), at(2)], orientation: [at(3), at(4), at(5), at(6)] }
+        let orientation = [at(3), at(4), at(5), at(6)];
+        let position = Vector3::new(at(0), at(1), at(2)) - rotation(&orientation) * record.center_of_mass;
+        Pose { body: record.name.clone(), position: position.into(), orientation }
     });
     Ok(Equilibrium {
         time: instant.time,
