@@ -115,3 +115,44 @@ fn a_heavy_load_on_a_thin_rod_leaves_its_spin_alone() {
         assert!(steps[0] < 2 * steps[1], "{load}, {spin}: {steps:?}");
     }
 }
+
+/// A plate on a spring that spins, 10 m from the origin; its joint with the plane has its frames at this point.
+fn plate(point: [f64; 2]) -> String {
+    format!(
+        "[plugins]\nlibraries = [\"odyn-joints\", \"odyn-forces\"]\n[simulation]\nt_end = 2\noutput_step = 0.1\n\
+         [[body]]\nname = \"plate\"\nmass = 2\ninertia = [0.1, 0.1, 0.2]\nposition = [10, 0, 0.3]\ncom = [0.1, 0, 0.05]\n\
+         velocity = [0, 1, 0]\nangular_velocity = [0, 0, 50]\n\
+         [[joint]]\nname = \"table\"\ntype = \"planar\"\nbodies = [\"ground\", \"plate\"]\npoint = [{}, {}, 0]\naxis = [0, 0, 1]\n\
+         [[force]]\nname = \"spring\"\ntype = \"translational-spring-damper\"\nbodies = [\"ground\", \"plate\"]\n\
+         points = [[10, 1, 0.3], [10.3, 0, 0.3]]\nparams = {{ stiffness = 30, free_length = 0.5 }}\n\
+         [[output]]\nname = \"x\"\nquantity = \"position\"\nof = \"plate\"\ncomponent = \"x\"\n\
+         [[output]]\nname = \"normal\"\nquantity = \"reaction_force\"\nof = \"table\"\non = \"plate\"\ncomponent = \"z\"\n\
+         [[output]]\nname = \"tilting\"\nquantity = \"reaction_torque\"\nof = \"table\"\non = \"plate\"\ncomponent = \"x\"\n",
+        point[0], point[1]
+    )
+}
+
+/// Where in its plane a joint has its point is of no matter: coordinates follow the centre of mass, about which another point would circle
+/// (100 times the steps for a ball in a drum).
+#[test]
+fn a_body_in_a_plane_moves_alike_wherever_its_joint_is() {
+    let run = |point, formulation: &str| {
+        let sets = [&format!("simulation.formulation={formulation}")[..], "simulation.tolerance=1e-10"];
+        run(crate::support::open_text(&plate(point), &sets))
+    };
+    let centred = run([10.1, 0.0], "joint");
+    for point in [[0.0, 0.0], [9.0, -30.0]] {
+        let (joint, cartesian) = (run(point, "joint"), run(point, "cartesian"));
+        assert_eq!(joint.summary.steps, centred.summary.steps);
+        for name in ["x", "normal"] {
+            let [ours, bodies, there] =
+                [&joint, &cartesian, &centred].map(|report| crate::support::column(report, name).to_vec());
+            for ((a, b), c) in ours.iter().zip(&bodies).zip(&there) {
+                assert!((a - b).abs() < 1e-7 && (a - c).abs() < 1e-8, "{name}: {a} {b} {c}");
+            }
+        }
+        // About the joint's point, torques are others.
+        let off = crate::support::column(&joint, "tilting").iter().zip(crate::support::column(&cartesian, "tilting"));
+        assert!(off.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) < 1e-6);
+    }
+}

@@ -17,9 +17,7 @@
 //!
 //! ## Singular cases
 //!
-//! The rotation rows are also satisfied by opposite z axes; the start decides, and a motion cannot get there. Where the origins lie in
-//! the plane is of no matter to the mechanics; but joint coordinates follow origin `j`, and steps are small where that circles around
-//! a centre of mass: let the `point` of a body that spins be at its centre of mass.
+//! The rotation rows are also satisfied by opposite z axes; the start decides, and a motion cannot get there.
 //!
 //! ## Example
 //!

@@ -10,7 +10,7 @@ use super::overshadowed::overshadowed;
 use crate::linalg::Health;
 use crate::model::Model;
 use crate::plan::{Layout, Measure, SpanningTree};
-use crate::program::{Dependence, Equations, JointEquations, Program, Working};
+use crate::program::{Dependence, Equations, JointEquations, JointPose, Program, Working};
 
 /// Share of its gradient along the bodies' own coordinates below which the gradient of a row along the joints' is round-off:
 /// the row holds wherever the joints are.
@@ -77,7 +77,8 @@ impl JointPlan {
             }));
         }
         loop {
-            let tree = SpanningTree::new(model, |element| !refused.contains(&element));
+            let mut tree = SpanningTree::new(model, |element| !refused.contains(&element));
+            centre(&mut tree, model);
             let mut start = JointStart::new(model, &tree, assembly.scales.length);
             let found = start.find(&assembly.working);
             let failed = tree.joints.iter().zip(&found).filter(|(_, state)| state.is_none());
@@ -306,6 +307,16 @@ impl Chosen {
             equations: self.equations,
             tree,
         })
+    }
+}
+
+/// Lets joints of all displacements in a plane follow the centres of mass of the bodies on their second frames.
+fn centre(tree: &mut SpanningTree, model: &Model) {
+    for joint in tree.joints.iter_mut().filter(|joint| joint.coordinates == 3 && !joint.rotates && !joint.reversed) {
+        let Some(element) = joint.element else { continue };
+        let marker = &model.elements[element].markers[1];
+        let is_beside = marker.position.cross(&marker.rotation.column(2)).norm() > 0.0;
+        joint.centred = is_beside && JointPose::new(model, element, 3).is_of_a_plane();
     }
 }
 

@@ -56,13 +56,8 @@ pub(super) struct JointStart {
 impl JointStart {
     pub(super) fn new(model: &Model, tree: &SpanningTree, length: f64) -> Self {
         let centre = |body: Option<usize>| Marker { body, position: Vector3::zeros(), rotation: Matrix3::identity() };
-        let markers = tree.joints.iter().map(|joint| match joint.element {
-            Some(element) => {
-                let markers = &model.elements[element].markers;
-                [markers[0].clone(), markers[1].clone()]
-            }
-            None => [centre(None), centre(Some(joint.child))],
-        });
+        let floating = |joint: &TreeJoint| [centre(None), centre(Some(joint.child))];
+        let markers = tree.joints.iter().map(|joint| joint.markers(model).unwrap_or_else(|| floating(joint)));
         let mut poses = Vec::new();
         let mut known: FxHashMap<(*const Recording, usize), usize> = FxHashMap::default();
         let pose_of = tree.joints.iter().map(|joint| {

@@ -6,7 +6,7 @@ use std::collections::BinaryHeap;
 use element_api::Kind;
 
 use super::layout::Layout;
-use crate::model::Model;
+use crate::model::{Marker, Model};
 
 /// How a body hangs on the one before it.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -23,6 +23,23 @@ pub struct TreeJoint {
     pub coordinates: usize,
     /// Whether a rotation in all directions follows the coordinates, described by Euler parameters.
     pub rotates: bool,
+    /// Whether the joint is one of all displacements in a plane, so that it is of no matter to it where in that the origin of its second
+    /// frame lies, and coordinates are those of the centre of mass of the body carried: another point would circle around that.
+    pub centred: bool,
+}
+
+impl TreeJoint {
+    /// The frames that coordinates are those of; `None` for a body that floats.
+    #[must_use]
+    pub fn markers(&self, model: &Model) -> Option<[Marker; 2]> {
+        let markers = &model.elements[self.element?].markers;
+        let mut frames = [markers[0].clone(), markers[1].clone()];
+        if self.centred {
+            let normal = frames[1].rotation.column(2).into_owned();
+            frames[1].position = normal * normal.dot(&frames[1].position);
+        }
+        Some(frames)
+    }
 }
 
 /// A coordinate of a tree that follows others wherever the mechanism is: q = offset + sum factor q_other.
@@ -71,6 +88,7 @@ impl SpanningTree {
                 reversed: false,
                 coordinates: 3,
                 rotates: !model.bodies[floating].particle,
+                centred: false,
             });
         }
         tree.grow(&mut growing);
@@ -90,6 +108,7 @@ impl SpanningTree {
                 reversed,
                 coordinates: edge.coordinates,
                 rotates: edge.rotates,
+                centred: false,
             });
             growing.reach(Some(carried), near + 1);
         }

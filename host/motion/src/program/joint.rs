@@ -380,6 +380,20 @@ impl JointPose {
         Self { workspace: program.workspace(), outputs: vec![0.0; nodes.len()], program }
     }
 
+    /// Whether the coordinates are two displacements and a turn in the x-y plane of the first frame, all that there are.
+    pub fn is_of_a_plane(&mut self) -> bool {
+        [[0.0_f64; 3], [0.3, -0.2, 0.7]].iter().all(|q| {
+            let (sine, cosine) = q[2].sin_cos();
+            let pose = [q[0], q[1], 0.0, cosine, -sine, 0.0, sine, cosine, 0.0, 0.0, 0.0, 1.0];
+            let mut along = [[0.0; 12]; 2];
+            (along[0][0], along[1][1]) = (1.0, 1.0);
+            let turned = [0.0, 0.0, 0.0, -sine, -cosine, 0.0, cosine, -sine, 0.0, 0.0, 0.0, 0.0];
+            let expected = pose.iter().chain(along.iter().flatten()).chain(&turned);
+            let found = self.at(q);
+            found.len() == 48 && found.iter().zip(expected).all(|(found, expected)| (found - expected).abs() < 1e-14)
+        })
+    }
+
     /// Position (3) and rotation (9, by rows) at `q`, then their derivatives along each coordinate, twelve each.
     pub fn at(&mut self, q: &[f64]) -> &[f64] {
         // Mobilities are recorded, so that there are no calls that could fail.

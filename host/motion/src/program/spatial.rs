@@ -41,13 +41,12 @@ pub(super) fn references(model: &Model, tree: &SpanningTree, far: f64) -> Vec<bo
     let mut way = vec![0.0; model.bodies.len()];
     let mut anew = Vec::with_capacity(tree.joints.len());
     for joint in &tree.joints {
-        let Some(element) = joint.element else {
+        let Some(markers) = joint.markers(model) else {
             // A body that floats has its reference at its own centre.
             anew.push(false);
             continue;
         };
         let body = &model.bodies[joint.child];
-        let markers = &model.elements[element].markers;
         let (near, own) = if joint.reversed { (&markers[1], &markers[0]) } else { (&markers[0], &markers[1]) };
         let slide = (place(model, near) - place(model, own)).norm();
         // On the ground, the reference is the origin of the joint's frame.

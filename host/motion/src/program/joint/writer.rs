@@ -66,9 +66,9 @@ impl Writer {
     pub(super) fn hang(&mut self, joint: &TreeJoint, model: &Model, anew: bool) {
         let motion = self.motion(joint, model);
         let child = joint.child;
-        self.carried[child] = Some(match joint.element {
+        self.carried[child] = Some(match joint.markers(model) {
             None => self.floating(&motion, model, child),
-            Some(element) => self.jointed(joint, &motion, model, element, anew),
+            Some(markers) => self.jointed(joint, &motion, &markers, anew),
         });
     }
 
@@ -130,8 +130,7 @@ impl Writer {
     }
 
     /// A body on a joint. Suffixes: i and j are the joint's first and second frame, a the parent, b the child.
-    fn jointed(&mut self, joint: &TreeJoint, motion: &Motion, model: &Model, element: usize, anew: bool) -> Carried {
-        let markers = &model.elements[element].markers;
+    fn jointed(&mut self, joint: &TreeJoint, motion: &Motion, markers: &[Marker; 2], anew: bool) -> Carried {
         let (near, far) = if joint.reversed { (&markers[1], &markers[0]) } else { (&markers[0], &markers[1]) };
         let (arm_near, arm_far);
         let parent = match joint.parent {
