@@ -530,3 +530,75 @@ fn particles_that_joints_keep_from_turning_are_counted_as_they_move() {
     let error = open_text(&carried, &[]).run(None, Box::new(|_| ()), &Default::default()).unwrap_err().to_string();
     assert!(error.contains("ODY0606") && error.contains("`load`"), "{error}");
 }
+
+/// Parallelogram of links of 1 m and 2 m, upright at the start: at right angles to that all are in line, and it might fold as well.
+const PARALLELOGRAM: &str = r#"
+[plugins]
+libraries = ["joints"]
+[simulation]
+t_end = 1
+output_step = 0.1
+[[body]]
+name = "crank"
+mass = 1
+inertia = [0.01, 0.01, 0.01]
+position = [0, 1, 0]
+[[body]]
+name = "coupler"
+mass = 1
+inertia = [0.01, 0.01, 0.01]
+position = [2, 1, 0]
+[[body]]
+name = "rocker"
+mass = 1
+inertia = [0.01, 0.01, 0.01]
+position = [2, 1, 0]
+[[joint]]
+name = "A"
+type = "revolute"
+bodies = ["ground", "crank"]
+point = [0, 0, 0]
+axis = [0, 0, 1]
+[[joint]]
+name = "B"
+type = "revolute"
+bodies = ["crank", "coupler"]
+point = [0, 1, 0]
+axis = [0, 0, 1]
+[[joint]]
+name = "C"
+type = "revolute"
+bodies = ["coupler", "rocker"]
+point = [2, 1, 0]
+axis = [0, 0, 1]
+[[joint]]
+name = "D"
+type = "revolute"
+bodies = ["ground", "rocker"]
+point = [2, 0, 0]
+axis = [0, 0, 1]
+[[output]]
+name = "rocker"
+quantity = "coordinate"
+of = "D"
+[[output]]
+name = "height"
+quantity = "position"
+of = "coupler"
+component = "y"
+"#;
+
+/// Next to change points a place is known to the root of round-off only, and ratios not at all: there they are limits from both sides.
+#[test]
+fn a_parallelogram_passes_its_change_points() {
+    let session = open_text(PARALLELOGRAM, &[]);
+    let drive = quantity(&session, "A.angle").unwrap();
+    let found = kinematics(&session, &Drive::Over(drive, [0.0, 2.0 * PI], 37), &mut |_| ()).unwrap();
+    let columns = ["rocker", "rocker'", "rocker''", "height", "height'", "height''"].map(|name| column(&found, name));
+    for (k, angle) in found.places.iter().enumerate() {
+        let (sine, cosine) = angle.sin_cos();
+        for (column, expected) in columns.iter().zip([*angle, 1.0, 0.0, cosine, -sine, -cosine]) {
+            assert!((column[k] - expected).abs() < 1e-7, "{angle}: {} is not {expected}", column[k]);
+        }
+    }
+}

@@ -37,6 +37,10 @@ const RATES: f64 = 1e-9;
 const LEAST: f64 = 1e-3;
 /// Newton steps.
 const CORRECTIONS: usize = 30;
+/// Rows whose pivots are below this are next to a singular position, where positions are known to the root of round-off, and rates not at
+/// all; and how far from that places are that are looked at instead, in sizes of the scene or rad.
+const SINGULAR: f64 = 1e-5;
+const BESIDE: f64 = 2e-3;
 /// Longest step between two places, as a share of the scene's size or rad, and how far extrapolation may miss.
 const LONGEST: f64 = 0.3;
 const MISS: f64 = 0.01;
@@ -337,6 +341,13 @@ impl<'s> Driven<'s> {
         Ok(())
     }
 
+    /// Whether the mechanism is next to a singular position, in which it might as well move in another way.
+    fn is_next_to_singular(&mut self) -> Result<bool, String> {
+        let found = self.expansion()?;
+        let rows: Vec<usize> = (0..self.rows.held).collect();
+        Ok(self.freedom(&found, &rows)?.soundness < SINGULAR)
+    }
+
     /// From where the mechanism is to the begin of a motion: along the straight line between both wishes, the time standing still.
     pub(crate) fn begin(&mut self, time: f64, wish: &[Derivatives]) -> Result<(), String> {
         moves::rest(&self.layout, &mut self.inputs);
@@ -417,4 +428,32 @@ impl<'s> Driven<'s> {
         }
         Ok(())
     }
+}
+
+/// What is seen at a later time of a motion: next to a singular position that it passes, as a parallelogram does where its links are in
+/// line, the limit from both sides, by a cubic through what is seen at two places before and two behind. `driven` is the mechanism
+/// of `on`; it is at that time then, or a little later.
+pub(crate) fn seen<'s, T>(
+    on: &mut T,
+    driven: &dyn Fn(&mut T) -> &mut Driven<'s>,
+    (to, wish): (f64, &dyn Fn(f64) -> Vec<Derivatives>),
+    look: &mut dyn FnMut(&mut T) -> Result<Vec<f64>, String>,
+) -> Result<Vec<f64>, String> {
+    let own = driven(on);
+    let (from, before, step) = (own.time(), own.inputs.clone(), own.states.step);
+    own.follow(to, wish)?;
+    if !own.is_next_to_singular()? {
+        return look(on);
+    }
+    (own.inputs, own.states.step) = (before, step);
+    let speed = own.size(&moves::velocities(&own.layout, &own.inputs));
+    let beside = (0.25 * (to - from)).min(BESIDE / speed.max(f64::MIN_POSITIVE));
+    let mut limit: Vec<f64> = Vec::new();
+    for (place, weight) in [(-2.0, -1.0), (-1.0, 4.0), (1.0, 4.0), (2.0, -1.0)] {
+        driven(on).follow(to + place * beside, wish)?;
+        let found = look(on)?;
+        limit.resize(found.len(), 0.0);
+        limit.iter_mut().zip(found).for_each(|(limit, found)| *limit += weight / 6.0 * found);
+    }
+    Ok(limit)
 }

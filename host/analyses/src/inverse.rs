@@ -18,7 +18,7 @@ use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
 use crate::analysis::{Direction, Expansion, Freedom, Function};
-use crate::driven::{Driven, cannot};
+use crate::driven::{Driven, cannot, seen};
 use crate::linalg::SingularValues;
 use crate::linear::Port;
 use crate::moves;
@@ -388,28 +388,35 @@ pub fn inverse(
     let mut touched: Option<[usize; 2]> = None;
     for (number, time) in own_times.iter().enumerate() {
         progress(number as f64 / own_times.len() as f64);
-        if number > 0 {
+        let mut look = |solver: &mut Solver<'_>| {
+            let balanced = solver.balance_with_contacts()?;
+            found.balance = found.balance.max(balanced.share);
+            found.freedoms = found.freedoms.max(balanced.freedoms);
+            spare = spare.max(solver.actuators.len() - balanced.rank);
+            left_out |= balanced.left_out;
+            let [least, most] = touched.unwrap_or([balanced.touching; 2]);
+            touched = Some([least.min(balanced.touching), most.max(balanced.touching)]);
+            if still.is_none() && solver.driven.still.contains(&true) {
+                still = Some(*time);
+            }
+            let efforts = (0..found.actuators.len()).map(|k| solver.effort(k)).collect::<Vec<_>>();
+            Ok([efforts, watch.at(&solver.driven)?].concat())
+        };
+        let seen: Result<Vec<f64>, String> = if number == 0 {
+            look(&mut solver)
+        } else {
             solver.driven.close_those_it_leans_on();
-            solver.driven.follow(*time, &|time| motion.at(time)).map_err(|reason| at(*time, &reason))?;
+            seen(&mut solver, &|solver| &mut solver.driven, (*time, &|time| motion.at(time)), &mut look)
+        };
+        let seen = seen.map_err(|reason| at(*time, &reason))?;
+        let (efforts, outputs) = seen.split_at(found.actuators.len());
+        for ((port, column), effort) in found.actuators.iter_mut().zip(&mut found.efforts).zip(efforts) {
+            port.value = effort / port.factor;
+            column.push(port.value);
         }
-        let balanced = solver.balance_with_contacts().map_err(|reason| at(*time, &reason))?;
-        found.balance = found.balance.max(balanced.share);
-        found.freedoms = found.freedoms.max(balanced.freedoms);
-        spare = spare.max(solver.actuators.len() - balanced.rank);
-        left_out |= balanced.left_out;
-        let [least, most] = touched.unwrap_or([balanced.touching; 2]);
-        touched = Some([least.min(balanced.touching), most.max(balanced.touching)]);
-        if still.is_none() && solver.driven.still.contains(&true) {
-            still = Some(*time);
-        }
-        for k in 0..found.actuators.len() {
-            let port = &mut found.actuators[k];
-            port.value = solver.effort(k) / port.factor;
-            found.efforts[k].push(port.value);
-        }
-        for (k, value) in watch.at(&solver.driven).map_err(|reason| at(*time, &reason))?.into_iter().enumerate() {
-            found.outputs[k].value = value;
-            found.values[k].push(value);
+        for ((port, column), value) in found.outputs.iter_mut().zip(&mut found.values).zip(outputs) {
+            port.value = *value;
+            column.push(*value);
         }
     }
     if spare > 0 {

@@ -13,7 +13,7 @@ use serde::Serialize;
 
 use crate::analysis::Function;
 use crate::diagnostics::{Diagnostic, codes};
-use crate::driven::{Driven, cannot};
+use crate::driven::{Driven, cannot, seen};
 use crate::linear::{Port, refuse};
 use crate::model::Quantity;
 use crate::moves;
@@ -251,17 +251,20 @@ fn prescribed(
     let mut passed = Passed::default();
     for (number, place) in places.iter().enumerate() {
         progress(number as f64 / places.len() as f64);
-        if number > 0 {
-            driven.follow(sign * place, &along).map_err(|reason| at(*place, &reason))?;
-        }
-        passed.look(&mut driven, *place / factor).map_err(|reason| at(*place, &reason))?;
-        let e = driven.expansion().map_err(|reason| at(*place, &reason))?;
-        let orders = [e.value(Function::Rows), e.value(Function::Rates) * sign, -e.value(Function::Accelerations)];
-        for k in 0..watched.len() {
-            for (order, of) in orders.iter().enumerate() {
-                let column = 3 * k + order;
-                values[column].push(of[driven.rows.held + k] / columns[column].factor);
-            }
+        let mut look = |driven: &mut Driven<'_>| {
+            passed.look(driven, *place / factor)?;
+            let e = driven.expansion()?;
+            let orders = [e.value(Function::Rows), e.value(Function::Rates) * sign, -e.value(Function::Accelerations)];
+            let held = driven.rows.held;
+            Ok((0..watched.len()).flat_map(|k| orders.each_ref().map(|of| of[held + k])).collect())
+        };
+        let found: Result<Vec<f64>, String> = match number {
+            0 => look(&mut driven),
+            _ => seen(&mut driven, &|driven| driven, (sign * place, &along), &mut look),
+        };
+        let found = found.map_err(|reason| at(*place, &reason))?;
+        for ((values, column), value) in values.iter_mut().zip(&columns).zip(found) {
+            values.push(value / column.factor);
         }
     }
     let places: Vec<f64> = places.iter().map(|place| place / factor).collect();

@@ -28,7 +28,7 @@ pub(super) struct States {
     /// Largest size of each so far.
     sizes: Vec<f64>,
     /// The step that was taken last, s.
-    step: Option<f64>,
+    pub(super) step: Option<f64>,
 }
 
 impl States {

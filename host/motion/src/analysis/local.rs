@@ -429,6 +429,8 @@ pub struct Freedom {
     pub independent: Vec<usize>,
     /// From values of the independent rows to the shortest motion that has them.
     pub lift: DMatrix<f64>,
+    /// How far the independent rows are from being dependent: their smallest pivot on the largest.
+    pub soundness: f64,
 }
 
 impl Freedom {
@@ -456,7 +458,8 @@ impl Freedom {
         };
         let mut components = free.transpose();
         components.column_iter_mut().zip(scales.iter()).for_each(|(mut column, scale)| column /= *scale);
-        Ok(Self { basis: scale(free), components, independent, lift: scale(lift) })
+        let soundness = rows.smallest_pivot_ratio();
+        Ok(Self { basis: scale(free), components, independent, lift: scale(lift), soundness })
     }
 
     /// The shortest motion, in those coordinates, that gives the independent rows of a Jacobian these values: `lift` times them.
