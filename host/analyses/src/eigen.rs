@@ -38,9 +38,28 @@ pub struct Pair {
     pub left: ComplexVector,
     /// |A v - lambda v|, as a share of |A| |v|, of the balanced matrix.
     pub residual: f64,
-    /// By how much round-off in the matrix may have moved the eigenvalue, first order: n eps |A| / |y^H x| with vectors from the left
-    /// and right. Large where eigenvalues coincide and have fewer vectors.
+    /// By how much round-off in the matrix may have moved the eigenvalue: n eps |A| / |y^H x| with vectors from the left and right, first
+    /// order; or as [`Pair::moved`] says.
     pub uncertainty: f64,
+    /// How many eigenvalues are next to each other there, this one among them.
+    together: usize,
+    /// 1 / |y^H x| of vectors of unit length, and |A|, both of the balanced matrix.
+    condition: f64,
+    size: f64,
+}
+
+impl Pair {
+    /// By how much an error of the matrix moves the eigenvalue that moves it so much to first order. Where m of them are equal and have
+    /// fewer vectors, that is beyond all bounds, and they are moved by the m-th root of the error (critical damping; Wilkinson, The
+    /// Algebraic Eigenvalue Problem, 1965, ch. 2).
+    #[must_use]
+    pub fn moved(&self, first_order: f64) -> f64 {
+        if self.together < 2 {
+            return first_order;
+        }
+        let error = first_order / self.condition / self.size;
+        first_order.min(error.powf(1.0 / self.together as f64) * self.size)
+    }
 }
 
 /// All eigenvalues.
@@ -78,6 +97,7 @@ pub fn spectrum(matrix: &DMatrix<f64>) -> Option<Spectrum> {
     let mut values = if left.is_empty() { Vec::new() } else { eigenvalues(left)? };
     values.sort_by(|a, b| a.norm().total_cmp(&b.norm()).then(a.im.total_cmp(&b.im)));
     let zeros = n - values.len();
+    let all = values.clone();
     values.retain(|value| value.im >= 0.0);
     let (turn, form) = balanced.clone().hessenberg().unpack();
     let rows = form.transpose();
@@ -96,7 +116,8 @@ pub fn spectrum(matrix: &DMatrix<f64>) -> Option<Spectrum> {
         let (mut vector, mut left) = (product(&turn, &of_form), product(&turn, &shifted.left(&of_form)?));
         let residual = (product(&balanced, &vector) - &vector * value).norm() / size;
         let angle = left.dotc(&vector).norm();
-        let uncertainty = OPEN * n as f64 * f64::EPSILON * size / angle.max(f64::MIN_POSITIVE);
+        let condition = 1.0 / angle.max(f64::MIN_POSITIVE);
+        let first_order = OPEN * n as f64 * f64::EPSILON * size * condition;
         found.push((value, of_form));
         vector.iter_mut().zip(scales.iter()).for_each(|(entry, scale)| *entry *= Complex::new(*scale, 0.0));
         let largest = vector.iter().copied().max_by(|a, b| a.norm().total_cmp(&b.norm())).filter(|v| v.norm() > 0.0)?;
@@ -106,9 +127,18 @@ pub fn spectrum(matrix: &DMatrix<f64>) -> Option<Spectrum> {
         if product.norm() > f64::MIN_POSITIVE {
             left.iter_mut().for_each(|entry| *entry /= product);
         }
-        pairs.push(Pair { value, vector, left, residual, uncertainty });
+        let together = near_each_other(value, &all, n, size);
+        let pair = Pair { value, vector, left, residual, uncertainty: 0.0, together, condition, size };
+        pairs.push(Pair { uncertainty: pair.moved(first_order), ..pair });
     }
     Some(Spectrum { zeros, null: back(null), pairs })
+}
+
+/// How many of `all` eigenvalues round-off may have parted from one, that one included.
+fn near_each_other(value: Complex<f64>, all: &[Complex<f64>], n: usize, size: f64) -> usize {
+    let reach = |m: usize| (OPEN * n as f64 * f64::EPSILON).powf(1.0 / m as f64) * size;
+    let near = |m: usize| all.iter().filter(|other| (*other - value).norm() <= reach(m)).count();
+    (2..=all.len()).find(|m| near(*m) <= *m).map_or(1, near)
 }
 
 /// D^-1 A D with powers of two in D, so that rows and columns are of like sizes; and the diagonal of D.

@@ -108,6 +108,6 @@ impl Linear {
     /// By how much round-off of loads may have moved an eigenvalue, 1/s.
     pub(crate) fn open(&self, pair: &Pair) -> f64 {
         let motion = complex(&self.positions, &pair.vector).map(|entry| entry.norm());
-        self.round_off.of_eigenvalue(pair, &motion, self.coordinates)
+        pair.moved(self.round_off.of_eigenvalue(pair, &motion, self.coordinates))
     }
 }

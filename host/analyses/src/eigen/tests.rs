@@ -151,3 +151,16 @@ fn a_double_eigenvalue_with_one_vector_has_it_and_is_left_open() {
         }
     }
 }
+
+/// A critically damped oscillator decays, whatever round-off makes of its double eigenvalue; one that grows alike grows.
+#[test]
+fn a_double_eigenvalue_is_moved_by_the_root_of_round_off_at_most() {
+    for d in [20.0, -20.0] {
+        let a = DMatrix::from_row_slice(2, 2, &[0.0, 1.0, -100.0, -d]);
+        let found = spectrum(&a).unwrap();
+        assert!(!found.pairs.is_empty());
+        for pair in &found.pairs {
+            assert!((pair.value + 0.5 * d).norm() < pair.uncertainty && pair.uncertainty < 1e-3, "{pair:?}");
+        }
+    }
+}
