@@ -56,7 +56,16 @@ impl Session {
             let folded = self.folded()?;
             return Ok(folded.unwrap_or(Choice { joint: None, why }));
         };
+        let Predicted { bodies, open, .. } = self.predicted(&tree);
         let joint = self.joint_plan(tree, self.folding())?;
+        // What elimination of loops takes is known once it is written.
+        let written = joint.as_ref().map_or(0, |plan| plan.program().operations());
+        if !open && written > bodies && self.is_free_to_choose() {
+            let why = format!(
+                "about {bodies} operations per evaluation predicted, {written} written in coordinates of joints"
+            );
+            return Ok(Choice { joint: None, why });
+        }
         let why = match joint {
             Some(_) => why,
             None => self.no_tree(
@@ -72,8 +81,7 @@ impl Session {
     /// # Errors
     /// A model that the linear algebra refuses.
     fn folded(&self) -> Result<Option<Choice>, SessionError> {
-        let auto = self.scene.simulation.formulation.as_ref().is_none_or(|written| written.value == "auto");
-        if !auto || !self.pruning.affine_loops {
+        if !self.is_free_to_choose() || !self.pruning.affine_loops {
             return Ok(None);
         }
         let Some(tree) = JointPlan::tree(&self.equations, &self.model, &self.assembly) else { return Ok(None) };
@@ -84,6 +92,11 @@ impl Session {
         let plan = self.joint_plan(tree, Folding::Wholly)?;
         let why = "wherever the mechanism is, coordinates of joints make up for all rows that close loops";
         Ok(plan.map(|plan| Choice { joint: Some(plan), why: why.into() }))
+    }
+
+    /// Whether the scene asks for no coordinates.
+    fn is_free_to_choose(&self) -> bool {
+        self.scene.simulation.formulation.as_ref().is_none_or(|written| written.value == "auto")
     }
 
     /// What a scene lets become of coordinates that follow others.
@@ -113,12 +126,11 @@ impl Session {
             return Ok((Some(tree), "asked for".into()));
         }
         let Predicted { joint, bodies, open } = self.predicted(&tree);
-        let fits = if open { joint <= LARGEST_TREE } else { joint + self.waiting(&tree) <= LARGEST_PROGRAM };
-        if joint <= bodies && fits {
+        let joint = joint + if open { 0 } else { self.waiting(&tree) };
+        if joint <= bodies.min(if open { LARGEST_TREE } else { LARGEST_PROGRAM }) {
             let why = format!("about {joint} operations per evaluation predicted, {bodies} in coordinates of bodies");
             return Ok((Some(tree), why));
         }
-        let joint = joint + if open { 0 } else { self.waiting(&tree) };
         Ok(cartesian(&format!("about {bodies} operations per evaluation predicted, {joint} in coordinates of joints")))
     }
 
