@@ -13,6 +13,9 @@ use crate::plan::Layout;
 use crate::program::{Equations, Node};
 use crate::results::{Event, EventKind};
 
+/// Equations that are kept beside those in use.
+const MOST_MODES: usize = 64;
+
 /// How exactly times are known, as a share of them: what moves fast is not located to round-off of its position.
 pub(super) const INSTANT: f64 = 64.0 * f64::EPSILON;
 /// Height below which bouncing is none, as a share of the size of the scene, where the tolerance is smaller.
@@ -47,7 +50,7 @@ pub(super) struct Touch {
     pub(super) told: Vec<usize>,
     /// Loads that were reported as open: see [`Simulation::open_loads`].
     pub(super) open_loads: Vec<usize>,
-    /// Equations that were in use, and are not now, each with the values of its rows.
+    /// Equations that were in use, and are not now, each with the values of its rows; the last ones last.
     others: Vec<(Mode, Option<RowValues>)>,
     /// Work of those that are not to be used any more.
     past: Counters,
@@ -396,7 +399,7 @@ impl Simulation<'_> {
             return Ok(true);
         }
         let Some(place) = touch.others.iter().position(|(mode, _)| mode.closed == closed) else { return Ok(false) };
-        let (mode, values) = touch.others.swap_remove(place);
+        let (mode, values) = touch.others.remove(place);
         let working = self.working_state(t, state)?;
         self.change(mode, values, &working);
         Ok(true)
@@ -416,6 +419,11 @@ impl Simulation<'_> {
             pressing: std::mem::replace(&mut touch.pressing, pressing),
         };
         touch.others.push((was, std::mem::replace(&mut self.values, values)));
+        // Frictions of many joints stick in ever other combinations.
+        if touch.others.len() > MOST_MODES {
+            let (oldest, _) = touch.others.remove(0);
+            touch.past = touch.past + oldest.formulation.counters();
+        }
         self.row_right.resize(self.rows.rows.len(), 0.0);
         self.formulation.forget(working);
         self.formulation.bound_corrections(self.most_off);
