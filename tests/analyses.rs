@@ -88,7 +88,7 @@ fn a_pendulum_hangs_and_one_that_stands_is_unstable() {
     assert!(all.failed.is_empty() && all.found.len() == 2, "{:?}", all.failed);
 }
 
-/// A cantilever of `n` beams along x, of length, E I and G J 1 m and 1 N m^2 and E A 1e8 N, with a load along x and one along y at its end.
+/// A cantilever of `n` beams along x, of length, E I and G J 1 m and 1 N m^2 and E A 1e6 N, with a load along x and one along y at its end.
 fn strip(n: usize, along: f64, across: f64) -> String {
     let mut text = String::from(
         "[plugins]\nlibraries = [\"joints\", \"forces\"]\n[simulation]\ngravity = [0, 0, 0]\nt_end = 1\noutput_step = 0.1\n",
@@ -98,7 +98,7 @@ fn strip(n: usize, along: f64, across: f64) -> String {
         text += &format!(
             "[[body]]\nname = \"b{k}\"\nmass = 0.1\ninertia = [1e-4, 1e-4, 1e-4]\nposition = [{}, 0, 0]\n[[force]]\nname = \"beam{k}\"\n\
              type = \"beam\"\nbodies = [\"{before}\", \"b{k}\"]\nframes = [{{}}, {{}}]\nparams = {{ length = {}, young = 1e6, \
-             shear = 1e6, area = 100, iy = 1e-5, iz = 1e-6, torsion = 1e-6 }}\n",
+             shear = 1e6, area = 1, iy = 1e-5, iz = 1e-6, torsion = 1e-6 }}\n",
             k as f64 / n as f64,
             1.0 / n as f64,
         );
@@ -131,16 +131,16 @@ fn a_column_that_buckles_is_found_bent_to_both_sides() {
 /// it. By four beams, which were unstable from N L^2 / (E I) = 4 for each on while their axial strain was measured along their first ends.
 #[test]
 fn tension_stiffens_beams_and_compression_buckles_them() {
-    for (pull, tolerance) in [(1.0_f64, 1e-5), (50.0, 2e-3), (200.0, 2e-2)] {
+    for (pull, tolerance) in [(1.0_f64, 1e-5), (50.0, 2e-3), (200.0, 1e-2)] {
         let deflection = |n: usize| {
-            let rest = rest(&of_text(&strip(n, pull, 1e-5), &[]));
+            let rest = rest(&of_text(&strip(n, pull, 1e-4), &[]));
             assert_eq!(rest.stability, Stability::Undamped, "{pull}, {n}");
-            rest.bodies[n - 1].position[1] / 1e-5
+            rest.bodies[n - 1].position[1] / 1e-4
         };
         let k = pull.sqrt();
         let exact = (1.0 - k.tanh() / k) / pull;
         let error = [4, 8].map(|n| (deflection(n) / exact - 1.0).abs());
-        assert!(error[0] < tolerance && error[1] < error[0] / 8.0 + 1e-7, "{pull}: {error:?}");
+        assert!(error[0] < tolerance && error[1] < error[0] / 8.0 + 2e-6, "{pull}: {error:?}");
     }
     let critical = PI.powi(2) / 4.0;
     let stability = |load: f64| rest(&of_text(&strip(4, -load, 0.0), &[])).stability;

@@ -72,7 +72,7 @@ fn two_ways(teeth: u32) -> Session {
         let z = if name == "out" { 0.1 } else { 0.0 };
         text += &format!(
             "[[body]]\nname = \"{name}\"\nmass = 1\ninertia = [0.1, 0.1, 0.1]\nposition = [{x:?}, 0, {z:?}]\n\
-             [[joint]]\nname = \"bearing of {name}\"\ntype = \"revolute\"\nbodies = [\"ground\", \"{name}\"]\npoint = [{x:?}, 0, {z:?}]\n\
+             [[joint]]\nname = \"bearing-{name}\"\ntype = \"revolute\"\nbodies = [\"ground\", \"{name}\"]\npoint = [{x:?}, 0, {z:?}]\n\
              axis = [0, 0, 1]\n"
         );
     }

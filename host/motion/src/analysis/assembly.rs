@@ -51,8 +51,8 @@ pub struct Assembly {
     pub scales: Scales,
     /// How far each body was moved to meet the joints; only bodies that moved more than round-off.
     pub moves: Vec<Move>,
-    /// Where bodies were moved, the row that is missed most where the scene puts them, by joint and name, and by how much, m.
-    pub missed: Option<(String, f64)>,
+    /// Where bodies were moved, the row that is missed most where the scene puts them.
+    pub missed: Option<Gap>,
     /// Newton steps taken.
     pub steps: usize,
     /// Initial velocities that the joints do not allow.
@@ -206,8 +206,7 @@ pub fn assemble_from(
         let reached = inputs.clone();
         evaluate(&mut rows, model, layout, t, &given, &mut inputs, scales.length)?;
         inputs = reached;
-        let (by, row) = rows.worst(rows.values(), scales.length);
-        row.map(|row| layout.element_of_row(row)).map(|(element, k)| (model.elements[element].row_name(k), by))
+        Measure::new(&rows).gaps(&rows, model, layout, scales.length).into_iter().next()
     };
     let (mut chosen, mut given_speed) = (Vec::new(), 0.0);
     let velocity_misses = {

@@ -43,16 +43,18 @@ fn undefined(joint: &str, row: &str, scene: &Scene) -> SessionError {
     SessionError::one(&scene.source, diagnostic)
 }
 
+/// By how much a row is missed, in the scene's unit.
+fn size_of(gap: &Gap, scene: &Scene) -> String {
+    let dimension = if gap.angular { Dimension::ANGLE } else { Dimension::LENGTH };
+    format!("{} {}", significant(gap.size / scene.units.factor(dimension), 4), scene.units.label(dimension))
+}
+
 /// Joints that no position meets, each with the rows that contradict others.
 fn impossible(gaps: &[Gap], scene: &Scene) -> SessionError {
-    let size = |gap: &Gap| {
-        let dimension = if gap.angular { Dimension::ANGLE } else { Dimension::LENGTH };
-        format!("{} {}", significant(gap.size / scene.units.factor(dimension), 4), scene.units.label(dimension))
-    };
     // Worst first, and so are the joints.
     let mut joints: Vec<(&str, Vec<String>)> = Vec::new();
     for gap in gaps {
-        let text = format!("row `{}` misses by {}", gap.row, size(gap));
+        let text = format!("row `{}` misses by {}", gap.row, size_of(gap, scene));
         match joints.iter_mut().find(|(joint, _)| *joint == gap.joint) {
             Some((_, texts)) => texts.push(text),
             None => joints.push((&gap.joint, vec![text])),
@@ -130,9 +132,9 @@ pub(super) fn assembly_warnings(assembly: &Assembly, scene: &Scene) -> Result<Ve
             ))
         });
         if share > LARGEST_JUMP {
-            let missed = assembly.missed.as_ref().map(|(row, by)| {
-                let by = significant(by / factor, 4);
-                format!("where the scene puts the bodies, the row `{row}` is missed most, by {by} {label}")
+            let missed = assembly.missed.as_ref().map(|gap| {
+                let (joint, row, by) = (&gap.joint, &gap.row, size_of(gap, scene));
+                format!("where the scene puts the bodies, the row `{row}` of `{joint}` is missed most, by {by}")
             });
             let diagnostic = Diagnostic::error(
                 codes::ASSEMBLY_JUMP,
