@@ -142,6 +142,11 @@ fn tension_stiffens_beams_and_compression_buckles_them() {
         let error = [4, 8].map(|n| (deflection(n) / exact - 1.0).abs());
         assert!(error[0] < tolerance && error[1] < error[0] / 8.0 + 2e-6, "{pull}: {error:?}");
     }
+    // One beam alone is bent further than it may be.
+    for (load, said) in [(1.0, true), (0.1, false)] {
+        let notes = rest(&of_text(&strip(1, 0.0, load), &[])).modes.notes;
+        assert_eq!(notes.iter().any(|note| note.starts_with("`beam1` is deformed by more")), said, "{notes:?}");
+    }
     let critical = PI.powi(2) / 4.0;
     let stability = |load: f64| rest(&of_text(&strip(4, -load, 0.0), &[])).stability;
     assert_eq!([0.999, 1.001].map(|share| stability(share * critical)), [Stability::Undamped, Stability::Unstable]);

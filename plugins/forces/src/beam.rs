@@ -45,8 +45,9 @@
 //!
 //! ## Singular cases
 //! Deformations are meant to be small: a chain of elements follows large deflections, one element does not. Four elements
-//! have the buckling load of a cantilever to 1e-4, and the frequencies of a string under tension to some percent. Beyond a fifth of the length or 0.3 rad a run warns of it (ODY0750). At half a turn between the frames the rotation vector is undefined.
-//! The second end is where `length` says, not where the frames are at the start: a difference is an initial
+//! have the buckling load of a cantilever to 1e-4, and the frequencies of a string under tension to some percent. Beyond
+//! a fifth of the length or 0.3 rad a run warns of it (ODY0750). At half a turn between the frames the rotation vector is
+//! undefined. The second end is where `length` says, not where the frames are at the start: a difference is an initial
 //! deformation. The beam has no mass; give half of it to each body.
 //!
 //! ## Example

@@ -21,8 +21,8 @@
 //!
 //! ## Singular cases
 //! The rotation vector is undefined at half a turn between the frames and jumps there: give a bushing that shall turn
-//! freely about an axis no rotation at all by a joint, or keep it below half a turn (a run warns from 2.5 rad on, ODY0750). Large stiffnesses make the
-//! equations stiff; a `fixed` joint is their limit.
+//! freely about an axis no rotation at all by a joint, or keep it below half a turn (a run warns from 2.5 rad on,
+//! ODY0750). Large stiffnesses make the equations stiff; a `fixed` joint is their limit.
 //!
 //! ## Example
 //! ```toml

@@ -21,11 +21,12 @@
 //! `friction` is Q, the force at the sliding surface on body j, positive along (about) z of frame i; `speed` is v.
 //!
 //! ## Singular cases
-//! Friction needs a joint whose reaction presses: a hinge, a slider, a ball. That of gears, racks and couplers is a torque about their axes,
-//! or what stands for it; the force between teeth is not in it, and N is N0. At rest a load below mu N is not held but creeps, with |v| < v_t for loads up to three quarters of mu N. Where a
-//! reaction is not unique (redundant joints), neither are friction and motion: the run is `suspect` (ODY0322). The
-//! joint's axis must be the z axis of the frames, which are those of the joint unless the scene says otherwise. Very
-//! heavy friction (mu of the order of lever over radius) has no unique solution: Painleve's paradox.
+//! Friction needs a joint whose reaction presses: a hinge, a slider, a ball. That of gears, racks and couplers is a torque
+//! about their axes, or what stands for it; the force between teeth is not in it, and N is N0. At rest a load below mu N is
+//! not held but creeps, with |v| < v_t for loads up to three quarters of mu N. Where a reaction is not unique (redundant
+//! joints), neither are friction and motion: the run is `suspect` (ODY0322). The joint's axis must be the z axis of the
+//! frames, which are those of the joint unless the scene says otherwise. Very heavy friction (mu of the order of lever over
+//! radius) has no unique solution: Painleve's paradox.
 //!
 //! ## Example
 //! ```toml

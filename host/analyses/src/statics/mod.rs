@@ -17,10 +17,10 @@ use std::collections::VecDeque;
 use nalgebra::Vector3;
 use serde::Serialize;
 
-use crate::analysis::start_inputs;
+use crate::analysis::{Evaluator, start_inputs};
 use crate::diagnostics::{Diagnostic, codes};
 use crate::linear::{Linear, Port, check_elements, refuse};
-use crate::model::rotation;
+use crate::model::{WatchedValue, rotation};
 use crate::modes::{Modes, Stability};
 use crate::moves;
 use crate::session::{Instant, Restart, Session, SessionError};
@@ -29,6 +29,9 @@ use search::{Place, Search};
 
 /// Two equilibria are one where no body differs by more than this share of the scene's size, or by that angle.
 const SAME: f64 = 1e-6;
+
+/// Elements beyond what they are made for that are named.
+const MOST_BEYOND: usize = 3;
 
 /// How well an equilibrium meets its equations.
 #[derive(Debug, Clone, Serialize)]
@@ -229,6 +232,26 @@ fn say_friction(session: &Session, friction: &[Held], notes: &mut Vec<String>) {
     }
 }
 
+/// Elements that are used beyond what they are made for, as a run warns of (ODY0750).
+fn beyond(session: &Session, instant: &Instant) -> Result<Vec<String>, SessionError> {
+    let (model, equations) = (&session.model, &session.equations);
+    let checks = model.watched().into_iter().filter_map(|one| match one.value {
+        WatchedValue::Check(k) => Some((equations.watched(&one), &model.elements[one.element], k)),
+        _ => None,
+    });
+    let (nodes, named): (Vec<_>, Vec<_>) = checks.map(|(node, element, k)| (node, (element, k))).unzip();
+    let mut margins = Evaluator::new(&equations.graph, &nodes);
+    let margins = margins.run(&instant.inputs, &model.sets);
+    let margins = margins.map_err(|error| not_found(session, &error.to_string()))?;
+    let failed = named.iter().zip(margins).filter(|(_, margin)| **margin < 0.0);
+    let mut notes: Vec<String> =
+        failed.map(|((element, k), _)| format!("`{}` {}", element.name, element.class.checks[*k].doc)).collect();
+    let more = notes.len().saturating_sub(MOST_BEYOND);
+    notes.truncate(MOST_BEYOND);
+    notes.extend((more > 0).then(|| format!("{more} more elements are used beyond what they are made for")));
+    Ok(notes)
+}
+
 /// Everything that is reported of a place of balance.
 fn settle(session: &Session, search: &Search<'_>, place: Place, number: usize) -> Result<Equilibrium, SessionError> {
     let Place { inputs, closed, steps, audit, not_unique, friction } = place;
@@ -240,6 +263,7 @@ fn settle(session: &Session, search: &Search<'_>, place: Place, number: usize) -
         modes.notes.push(format!("reactions that are not unique: {}", not_unique.join(", ")));
     }
     say_friction(session, &friction, &mut modes.notes);
+    modes.notes.extend(beyond(session, &instant)?);
     let bodies = (session.model.bodies.iter().enumerate()).map(|(body, record)| {
         let at = |k: usize| instant.inputs[layout.body_slot(body, k)];
         let orientation = [at(3), at(4), at(5), at(6)];
