@@ -28,6 +28,7 @@ impl Session {
         stop: &Arc<AtomicBool>,
     ) -> Result<RunReport, SessionError> {
         let started = Instant::now();
+        let tables = self.read_ahead();
         if folder.is_some() && self.scene.simulation.motion {
             self.shown = Some(self.picture()?);
         }
@@ -81,7 +82,7 @@ impl Session {
         session.judge_outputs(summary, &samplings);
         session.warn_of_elements(summary);
         session.warn_of_rest(summary);
-        let checks = session.evaluate(summary, &samplings);
+        let checks = session.evaluate(summary, &samplings, &tables);
         summary.wall_time_s = before + session.load_time + session.compile_time + started.elapsed().as_secs_f64();
         let closed = samplings.close(folder, summary, end.state.as_ref().ok());
         if let Some(error) = end.failed {

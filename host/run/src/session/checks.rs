@@ -2,15 +2,43 @@
 
 use std::collections::HashMap;
 use std::path::PathBuf;
+use std::thread;
 
-use super::common::ReadTable;
+use super::common::{ReadTable, Tables};
 use super::opened::Session;
 use crate::results::{Check, CheckResult, Expected};
 use crate::scene::{Formula, Reference};
 
 impl Session {
+    /// Begins to read what the checks compare with on another thread, so that it is there at the end of the run.
+    pub(super) fn read_ahead(&self) -> Tables {
+        if let Some(common) = &self.options.common {
+            return common.tables();
+        }
+        let tables = Tables::default();
+        let asked = self.asked_tables();
+        if !asked.is_empty() {
+            let own = tables.clone();
+            let read = move || asked.iter().for_each(|(path, columns)| drop(own.read(path, columns)));
+            // What no thread reads is read where it is asked for.
+            let _ = thread::Builder::new().name("tables".into()).spawn(read);
+        }
+        tables
+    }
+
+    /// The tables that the checks compare with, and the columns that are asked for: each is read once, and no more of it.
+    fn asked_tables(&self) -> HashMap<PathBuf, Vec<String>> {
+        let mut asked: HashMap<PathBuf, Vec<String>> = HashMap::new();
+        for record in &self.scene.checks {
+            if let Reference::Csv { path, column } = &record.reference {
+                asked.entry(self.scene.source.beside(&path.value)).or_default().push(column.clone());
+            }
+        }
+        asked
+    }
+
     /// Makes all checks of the scene; times and columns in scene units, columns in the order of the model's channels.
-    pub(super) fn checks(&self, times: &[f64], columns: &[Vec<f64>]) -> Vec<CheckResult> {
+    pub(super) fn checks(&self, tables: &Tables, times: &[f64], columns: &[Vec<f64>]) -> Vec<CheckResult> {
         let place: HashMap<&str, usize> =
             self.model.channels.iter().enumerate().map(|(k, channel)| (channel.name.as_str(), k)).collect();
         let at_row = |formula: &Formula, row: usize| {
@@ -19,19 +47,11 @@ impl Session {
                 _ => place.get(name).map(|k| columns[*k][row]),
             })
         };
-        // Each table is read once, and no more of it than is asked for.
-        let common = self.options.common.clone().unwrap_or_default();
-        let mut asked: HashMap<PathBuf, Vec<String>> = HashMap::new();
-        for record in &self.scene.checks {
-            if let Reference::Csv { path, column } = &record.reference {
-                asked.entry(self.scene.source.beside(&path.value)).or_default().push(column.clone());
-            }
-        }
         let read = |(path, columns): (PathBuf, Vec<String>)| {
-            let table = common.table(&path, &columns);
+            let table = tables.read(&path, &columns);
             (path, table)
         };
-        let tables: HashMap<PathBuf, ReadTable> = asked.into_iter().map(read).collect();
+        let tables: HashMap<PathBuf, ReadTable> = self.asked_tables().into_iter().map(read).collect();
         let mut results = Vec::new();
         for record in &self.scene.checks {
             let closed_form: &dyn Fn(usize) -> f64 = &|row| match &record.reference {

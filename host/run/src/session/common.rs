@@ -17,12 +17,26 @@ pub struct Common(Arc<Parts>);
 struct Parts {
     code: SharedCode,
     structures: Structures,
-    tables: Mutex<HashMap<(PathBuf, Vec<String>), ReadTable>>,
+    tables: Tables,
     catalogs: Mutex<Vec<(Vec<Request>, SearchPath, Catalog)>>,
 }
 
 /// A table, or why there is none.
 pub(super) type ReadTable = Arc<Result<Table, ResultsError>>;
+
+/// Tables that checks compare with, each read once. Copies share what they hold.
+#[derive(Clone, Default)]
+pub(super) struct Tables(Arc<Mutex<HashMap<(PathBuf, Vec<String>), ReadTable>>>);
+
+impl Tables {
+    /// Columns of the table of a file as it was when they were first asked for; others may be empty.
+    pub(super) fn read(&self, path: &Path, columns: &[String]) -> ReadTable {
+        let mut tables = locked(&self.0);
+        let wanted = |name: &str| columns.iter().any(|column| column == name);
+        let read = || Arc::new(Table::read_columns(path, wanted));
+        Arc::clone(tables.entry((path.into(), columns.into())).or_insert_with(read))
+    }
+}
 
 impl Common {
     pub(super) fn code(&self) -> SharedCode {
@@ -34,12 +48,8 @@ impl Common {
         self.0.structures.during(work)
     }
 
-    /// Columns of the table of a file as it was when they were first asked for; others may be empty.
-    pub(super) fn table(&self, path: &Path, columns: &[String]) -> ReadTable {
-        let mut tables = locked(&self.0.tables);
-        let wanted = |name: &str| columns.iter().any(|column| column == name);
-        let read = || Arc::new(Table::read_columns(path, wanted));
-        Arc::clone(tables.entry((path.into(), columns.into())).or_insert_with(read))
+    pub(super) fn tables(&self) -> Tables {
+        self.0.tables.clone()
     }
 
     /// The libraries that are asked for, loaded by `load` where they have not been yet.

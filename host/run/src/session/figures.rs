@@ -1,16 +1,18 @@
 //! The figures and checks of a scene, from the samples of its run.
 
+use super::common::Tables;
 use super::opened::Session;
 use super::samplings::Samplings;
 use crate::results::{CheckResult, Crossing, Figure, FigureResult, Samples, Summary, Take};
 use crate::scene::Dimension;
 
 impl Session {
-    /// Figures and checks of the samples, written into a summary; the checks with their samples.
-    pub(super) fn evaluate(&self, summary: &mut Summary, samplings: &Samplings) -> Vec<CheckResult> {
+    /// Figures and checks of the samples, written into a summary; the checks with their samples. The tables are those of
+    /// [`Session::read_ahead`].
+    pub(super) fn evaluate(&self, summary: &mut Summary, samplings: &Samplings, tables: &Tables) -> Vec<CheckResult> {
         summary.rows = samplings.taken.len() as u64;
         summary.figures = self.figures(samplings);
-        let checks = self.checks(&samplings.taken, &samplings.columns);
+        let checks = self.checks(tables, &samplings.taken, &samplings.columns);
         summary.checks = checks.iter().map(CheckResult::without_samples).collect();
         checks
     }

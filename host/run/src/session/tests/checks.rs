@@ -66,10 +66,10 @@ fn what_variants_have_in_common_is_read_once() {
     std::fs::create_dir_all(&folder).unwrap();
     let path = folder.join("table.csv");
     std::fs::write(&path, "t,x\n0,1\n").unwrap();
-    let first = common.table(&path, &[]);
+    let first = common.tables().read(&path, &[]);
     std::fs::remove_dir_all(&folder).unwrap();
-    assert!(first.is_ok() && Arc::ptr_eq(&first, &common.table(&path, &[])));
-    assert!(common.table(&folder.join("other.csv"), &[]).is_err());
+    assert!(first.is_ok() && Arc::ptr_eq(&first, &common.tables().read(&path, &[])));
+    assert!(common.tables().read(&folder.join("other.csv"), &[]).is_err());
 
     let request = |name: &str| vec![crate::catalog::Request { name: name.into(), ..Default::default() }];
     let mut loaded = 0;
