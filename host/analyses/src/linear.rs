@@ -33,6 +33,9 @@ pub use crate::plain::Model;
 /// Accelerations below this share of what a body's loads would give alone are none.
 pub(crate) const NO_ACCELERATION: f64 = 1e-7;
 
+/// Change of a mode, on its size and while it turns by a radian, from which on a model changes too fast for its eigenvalues.
+pub(crate) const SLOW: f64 = 1e-3;
+
 /// A signal that goes in or comes out.
 #[derive(Debug, Clone, Serialize)]
 pub struct Port {
@@ -93,7 +96,8 @@ pub struct Linear {
     /// Angular velocity of the axes in which states are seen, rad/s, ground axes: that with which the scene turns as one, if it does,
     /// and the motion is not steady in axes of the ground.
     pub turning: Vector3<f64>,
-    /// How fast it changes along the motion, on its size, 1/s; zero at rest, and where the motion is steady in those axes.
+    /// The largest change of a mode along the motion, on its size, while the mode turns by one radian; zero where the scene is at rest
+    /// and its loads do not depend on time, and where the motion is steady in those axes.
     pub unsteadiness: f64,
 }
 
@@ -177,6 +181,34 @@ impl Linear {
         inputs: Option<&[String]>,
         outputs: Option<&[String]>,
     ) -> Result<Self, SessionError> {
+        let (mut linear, mut local, in_ground_axes) = Self::of_instant(session, instant, inputs, outputs)?;
+        let (layout, length) = (&session.plan.layout, session.assembly.scales.length);
+        let axes = linear
+            .ahead(session, instant)
+            .map(|mut later| steady::axes(&linear, instant, &mut local, (layout, length), &mut *later));
+        linear.stay(axes.unwrap_or_default(), in_ground_axes);
+        linear.say(session, instant, &local);
+        Ok(linear)
+    }
+
+    /// The same of a scene that is held at rest, with all inputs and outputs: loads that change with time are those of the instant.
+    ///
+    /// # Errors
+    /// As for [`Linear::at`].
+    pub(crate) fn at_rest(session: &Session, instant: &Instant) -> Result<Self, SessionError> {
+        let (mut linear, local, in_ground_axes) = Self::of_instant(session, instant, None, None)?;
+        linear.notes.extend(in_ground_axes);
+        linear.say(session, instant, &local);
+        Ok(linear)
+    }
+
+    /// Without what becomes of it later; with its derivatives, and what is to be said of its motion in axes of the ground.
+    fn of_instant(
+        session: &Session,
+        instant: &Instant,
+        inputs: Option<&[String]>,
+        outputs: Option<&[String]>,
+    ) -> Result<(Self, Local, Vec<String>), SessionError> {
         check_elements(session, "linearisations")?;
         let (model, layout) = (&session.model, &session.plan.layout);
         let chosen_in = choose(session, "input", inputs, model.inputs.iter().map(|input| input.name.as_str()))?;
@@ -267,11 +299,8 @@ impl Linear {
                 linear.loads.rows_mut(6 * k, 6).copy_from(&own.rows(6 * frame, 6));
             }
         }
-        let (moves, notes) = linear.motion(session, instant);
-        let axes = moves.then(|| steady::axes(&linear, instant, (&mut local, &rows), layout, length));
-        linear.stay(axes.unwrap_or_default(), notes);
-        linear.say(session, instant, &local);
-        Ok(linear)
+        let notes = linear.motion(session, instant, &local);
+        Ok((linear, local, notes))
     }
 }
 

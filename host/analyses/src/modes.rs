@@ -7,7 +7,7 @@ use crate::diagnostics::{Diagnostic, codes};
 use crate::eigen::{ComplexVector, spectrum};
 use crate::energies::{complex, energies};
 use crate::linalg::SingularValues;
-use crate::linear::{Linear, refuse};
+use crate::linear::{Linear, SLOW, refuse};
 use crate::session::{Session, SessionError};
 
 /// Residuals above this are reported.
@@ -16,8 +16,6 @@ const RESIDUAL: f64 = 1e-10;
 const MARGIN: f64 = 2.0;
 /// Share of an eigenvalue above which a real part is growth that is not decided rather than the round-off of a mode without damping.
 const GROWS: f64 = 1e-4;
-/// Share of the slowest eigenvalue from which on a linear model changes too fast for them.
-const SLOW: f64 = 1e-3;
 /// Shares below this are not reported.
 const LEAST_SHARE: f64 = 1e-6;
 
@@ -209,10 +207,9 @@ impl Modes {
         let may_grow = |mode: &Mode| !mode.decided && mode.real > GROWS * mode.real.hypot(mode.imaginary);
         let (free, held) = neutral(linear, &found.null, length);
         let zeros_are_held = found.zeros == held.ncols();
-        let slowest = modes.iter().map(|mode| mode.real.hypot(mode.imaginary)).fold(f64::INFINITY, f64::min);
         let stability = if linear.a.is_empty() {
             Stability::Immobile
-        } else if linear.unsteadiness > SLOW * slowest {
+        } else if linear.unsteadiness > SLOW {
             Stability::Frozen
         } else if modes.iter().any(|mode| mode.decided && mode.real > 0.0) {
             Stability::Unstable

@@ -86,8 +86,8 @@ The exit code is 5 where no equilibrium was found, with the cause.")]
     Statics(Deferred<StaticsArgs>),
     /// Eigenvalues of small motions: frequencies, damping, shapes, energies
     #[command(after_help = "\
-Derivatives are exact. Of a state that is not at rest, the linearisation is frozen in time, and this is said; what turns as one is seen in
-axes that turn with it.
+Derivatives are exact. Of a state that is not at rest, the linearisation is that of the instant, and the verdict is `frozen` where
+coefficients change along the motion; what turns as one is seen in axes that turn with it.
 
 Examples:
   odyn modes scenes/benchmarks/chain_N10.toml --at equilibrium

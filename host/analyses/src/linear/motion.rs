@@ -2,12 +2,16 @@
 
 use nalgebra::DVector;
 
-use super::steady::Axes;
+use super::steady::{self, Axes};
 use super::{Linear, NO_ACCELERATION};
 use crate::analysis::{Direction, Function, Local};
 use crate::model::Model;
+use crate::moves::restart;
+use crate::plan::Layout;
+use crate::program::{Equations, Expr, Node};
 use crate::round_off::ROUND_OFF;
-use crate::session::{Instant, Session};
+use crate::scene::Dimension;
+use crate::session::{Instant, Run, Session};
 
 /// Velocities below this, in lengths of the scene and radians per second, are none.
 const NO_VELOCITY: f64 = 1e-12;
@@ -24,13 +28,21 @@ impl Linear {
                 "the scene turns steadily: states are seen in axes that turn with {turning:?} rad/s, in which the coefficients stay the \
                  same; those of inputs and outputs do where these turn with it, or do not depend on how it stands"
             ));
-        } else {
-            self.notes.extend(in_ground_axes);
+            return;
+        }
+        self.notes.extend(in_ground_axes);
+        if !self.at_rest && self.unsteadiness == 0.0 {
+            self.notes.push("the coefficients stay the same along the motion, in axes of the ground".into());
+        } else if self.unsteadiness > 0.0 {
+            self.notes.push(format!(
+                "the coefficients change along the motion, by up to {:.1e} while a mode turns by a radian; they are those of this instant",
+                self.unsteadiness
+            ));
         }
     }
 
-    /// Whether the scene moves, and what is to be said where it is not at rest.
-    pub(super) fn motion(&mut self, session: &Session, instant: &Instant) -> (bool, Vec<String>) {
+    /// What is to be said where the scene is not at rest.
+    pub(super) fn motion(&mut self, session: &Session, instant: &Instant, local: &Local) -> Vec<String> {
         let layout = &session.plan.layout;
         let length = session.assembly.scales.length;
         let mut fastest = (0.0_f64, String::new());
@@ -52,7 +64,8 @@ impl Linear {
             }
         }
         let moves = fastest.0 > NO_VELOCITY * length;
-        self.at_rest = !moves && quickest.0 == 0.0;
+        let changing = self.changing_states(session, instant, local);
+        self.at_rest = !moves && quickest.0 == 0.0 && changing.is_empty();
         let mut notes = Vec::new();
         if quickest.0 > 0.0 {
             notes.push(format!(
@@ -62,13 +75,65 @@ impl Linear {
             ));
         }
         if moves {
+            notes.push(format!("the scene moves (`{}` with {:.3e} m/s)", fastest.1, fastest.0));
+        }
+        if !changing.is_empty() {
             notes.push(format!(
-                "the scene moves (`{}` with {:.3e} m/s): frozen in time, in axes of the ground; exact only where the motion is steady \
-                 in these axes, as of rotors about their axes of symmetry",
-                fastest.1, fastest.0
+                "not at rest: states of {} still change; the linearisation is frozen at this instant",
+                changing.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
             ));
         }
-        (moves, notes)
+        notes
+    }
+
+    /// The elements whose states change by more than round-off of what their rates are made of.
+    fn changing_states(&self, session: &Session, instant: &Instant, local: &Local) -> Vec<String> {
+        let layout = &session.plan.layout;
+        let rates = self.expansion.value(Function::States);
+        let by_states = self.expansion.slope(Function::States, Direction::States);
+        let value = |k: usize| instant.inputs[layout.state_slot() + local.states()[k]];
+        let mut names: Vec<String> = Vec::new();
+        for (k, rate) in rates.iter().enumerate() {
+            let terms: f64 = (0..rates.len()).map(|other| (by_states[(k, other)] * value(other)).abs()).sum();
+            let name = &session.model.elements[layout.element_of_state(local.states()[k])].name;
+            if rate.abs() > NO_ACCELERATION * terms && !names.contains(name) {
+                names.push(name.clone());
+            }
+        }
+        names
+    }
+
+    /// The scene at later times, for one after the other: where a run from here takes it; where it is at rest, and stays so, with the loads
+    /// of these times. `None` where nothing changes.
+    pub(super) fn ahead<'s>(&self, session: &'s Session, instant: &'s Instant) -> Option<Box<steady::Later<'s>>> {
+        let state = |time: f64| {
+            let mut state = restart(session, &instant.inputs);
+            state.time = time;
+            let name = |element: &usize| session.model.elements[*element].name.clone();
+            state.released = instant.released.iter().map(name).collect();
+            state
+        };
+        if self.at_rest {
+            let equations = &session.equations;
+            let driven = equations.enforced().any(|row| !equations.graph.is_zero(equations.rows[row].time));
+            if driven || !loads_depend_on_time(equations) {
+                return None;
+            }
+            return Some(Box::new(move |time, _| {
+                let at = instant.time + time;
+                session.moving_on(state(at), at + time).ok()?.instant().ok()
+            }));
+        }
+        let mut run: Option<Run<'static>> = None;
+        Some(Box::new(move |time, last| {
+            let to = instant.time + time;
+            if run.is_none() {
+                run = Some(session.moving_on(state(instant.time), instant.time + last).ok()?);
+            }
+            let run = run.as_mut()?;
+            run.advance(to / session.scene.units.factor(Dimension::TIME)).ok()?;
+            run.instant().ok()
+        }))
     }
 
     /// What else the user has to know about where this was done.
@@ -81,6 +146,9 @@ impl Linear {
                 "stands still, and what it causes (centrifugal and gyroscopic forces) is left out"
             };
             self.notes.push(format!("joints are driven: their prescribed motion {how}"));
+        }
+        if self.at_rest && loads_depend_on_time(equations) {
+            self.notes.push("loads depend on time: they are those of this instant".into());
         }
         for one in &equations.releases {
             let state = if instant.released.contains(&one.element) { "has let go" } else { "is taken to hold" };
@@ -107,6 +175,14 @@ impl Linear {
             );
         }
     }
+}
+
+/// Whether loads or rates of states are given functions of time.
+fn loads_depend_on_time(equations: &Equations) -> bool {
+    let graph = &equations.graph;
+    let loads: Vec<Node> = equations.loads.iter().chain(&equations.state_rates).copied().collect();
+    let of_time = |node: &Node| matches!(graph.expr(*node), Expr::Input(slot) if slot as usize == Layout::TIME);
+    graph.live(&loads).iter().any(of_time)
 }
 
 /// The acceleration that loads of these sizes would give a body alone, m/s^2, rotations on the size of the scene.

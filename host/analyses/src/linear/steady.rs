@@ -3,24 +3,51 @@
 //! Eigenvalues say what becomes of small changes where the model stays the same while the scene moves: in axes of the ground, as those
 //! of rotors about axes of symmetry and of what travels straight on, or in axes that turn, where the scene turns as one (a relative
 //! equilibrium: Marsden, "Lectures on Mechanics", 1992, ch. 4), as a governor, a rotor with blades, a satellite on its orbit or a
-//! vehicle in a steady bend. So it is made once more a little later and compared, whatever bases the two have: with S displacements and
-//! velocities of all bodies and element states by states, in these axes, S1 P = S0 must have a solution, and S1 (P A0 - A1 P) be nothing.
+//! vehicle in a steady bend. So it is made once more at some later times, where a run from here takes the scene, and compared, whatever
+//! bases the two have: with S displacements and velocities of all bodies by states, in these axes, S1 P = S0 has a solution P, and
+//! D = A0 - P^-1 A1 P is nothing.
+//!
+//! What D does is seen mode by mode: (l + e - A0)^-1 D x says by how much it moves an eigenvalue l and turns its vector x, first order,
+//! with an e beside l that is a share of it, so that equal eigenvalues are no matter (the resolvent on a contour about l: Kato,
+//! "Perturbation Theory for Linear Operators", 1966, ch. 2). Changes of stiff directions, which soft modes follow, so count for what they
+//! are.
 
-use nalgebra::{DMatrix, DVector, Matrix3, Matrix4, Rotation3, Vector3, Vector4};
+use nalgebra::{Complex, DMatrix, DVector, Matrix3, Rotation3, Vector3};
 
-use super::{Linear, reduce};
-use crate::analysis::{Direction, Expansion, Function, Local};
+use super::{Linear, SLOW, reduce};
+use crate::analysis::Local;
+use crate::eigen::{ComplexVector, Spectrum, spectrum};
+use crate::energies::complex;
 use crate::linalg::{DEFAULT_RANK_TOLERANCE, PivotedQr};
 use crate::plan::Layout;
 use crate::session::Instant;
 
-/// How far ahead: turns in rad, displacements in sizes of the scene.
-const AHEAD: f64 = 0.02;
+/// The first look ahead: share of a radian that the fastest motion turns by, displacements in sizes of the scene.
+const FIRST: f64 = 0.02;
+/// The last one: share of a radian of the slowest mode.
+const LAST: f64 = 0.3;
+/// Looks are no further apart than by this factor, unless there would be more of them than that.
+const APART: f64 = 20.0;
+const MOST_LOOKS: usize = 5;
+/// Modes are compared over no less than this share of a radian, if there is a look so far ahead.
+const LEAST: f64 = 1e-4;
+/// Slowest modes that are compared, and directions that nothing drives back: of large models as many as can be factored in about a second.
+const MOST_COMPARED: usize = 32;
+const WORK: usize = 100_000_000;
 /// Changes below this are round-off.
 const NONE: f64 = 1e-8;
-/// Share of the fastest motion up to which bodies may move otherwise than with axes that are worth a look, and of what changes in axes of
-/// the ground up to which it may change in others that are better.
-const NEARLY: f64 = 1e-2;
+/// The same of sums of rates, as a share of their terms.
+const ROUND_OFF: f64 = 4e-15;
+/// Multiples of what round-off may have moved an eigenvalue by.
+const MARGIN: f64 = 4.0;
+/// How far beside an eigenvalue its changes are looked at, as a share of it.
+const BESIDE: f64 = 0.3;
+/// What changes in axes of the ground may change by this share of it in others that are better.
+const BETTER: f64 = 1e-2;
+/// Share of its size by which the motion of a body may be another than with axes that are worth a look.
+const NEARLY: f64 = 3e-2;
+/// Share of the fastest below which a motion is none.
+const NO_MOTION: f64 = 1e-9;
 /// Share of the largest below which a direction of the turning is not determined by how bodies move.
 const DETERMINED: f64 = 1e-6;
 /// Angular velocities of axes that are looked at.
@@ -33,9 +60,12 @@ pub(super) struct Axes {
     pub(super) turning: Vector3<f64>,
     /// Rates of states by states in them, where they turn.
     pub(super) turned: Option<DMatrix<f64>>,
-    /// The change of the model in a unit of time on its size, 1/s.
+    /// The largest change of a mode, on its size, while it turns by one radian.
     pub(super) unsteadiness: f64,
 }
+
+/// The scene a time later, of which the last that is asked for is known; `None` where a run does not get there.
+pub(super) type Later<'a> = dyn FnMut(f64, f64) -> Option<Instant> + 'a;
 
 impl Linear {
     /// Rates of states by states that are seen in axes with this angular velocity W: less W x (delta x, delta v).
@@ -57,53 +87,212 @@ impl Linear {
     }
 }
 
-/// How bodies move: velocity, angular velocity and their rates, ground axes, turns times the size of the scene.
-struct Motion([Vector3<f64>; 4]);
-
-/// The axes in which a model changes least, at an instant of a scene of a size, m; `rows` are those of `local`. Those of the ground
-/// where it stays the same in them.
+/// The axes in which a model changes least, at an instant of a scene of a size, m. Those of the ground where it stays the same in them.
 pub(super) fn axes(
     here: &Linear,
     instant: &Instant,
-    (local, rows): (&mut Local, &[usize]),
-    layout: &Layout,
-    length: f64,
+    local: &mut Local,
+    (layout, length): (&Layout, f64),
+    later: &mut Later<'_>,
 ) -> Axes {
     if here.a.is_empty() {
         return Axes::default();
     }
-    let inputs = &instant.inputs;
-    let motions = motions(inputs, layout, length);
+    let unknown = Axes { unsteadiness: f64::INFINITY, ..Axes::default() };
+    let motions = motions(&instant.inputs, layout, length);
     let fastest = motions.iter().map(|motion| motion.speed(length) / length).fold(0.0, f64::max);
-    let step = AHEAD / fastest;
-    let mut look = |turning: Vector3<f64>, a: &DMatrix<f64>| {
-        let mut ahead = advanced(inputs, &here.expansion, local.states(), layout, (step, turning));
-        let there = balanced(&mut ahead, (&mut *local, rows), layout);
-        let there = there.and_then(|expansion| reduce(&expansion).ok());
-        there.map_or(f64::INFINITY, |there| {
-            let left = if turning == Vector3::zeros() { 0.0 } else { left(&there.expansion, &ahead, layout, length) };
-            rate(change((here, a), &there, length, (step, turning)).max(left), step)
-        })
-    };
-    let mut best = Axes { unsteadiness: look(Vector3::zeros(), &here.a), ..Axes::default() };
-    let with = |turning: &Vector3<f64>, motion: &Motion| {
-        let [v, spin, a, alpha] = &motion.0;
-        let off = |rate: &Vector3<f64>, of: &Vector3<f64>| (rate - turning.cross(of)).norm();
-        off(a, v).max(off(alpha, spin)) <= NEARLY * length * fastest.powi(2)
-    };
-    let candidates = turnings(&motions, length).into_iter().filter(|turning| turning.norm() > NONE * fastest);
-    for turning in candidates.filter(|turning| motions.iter().all(|motion| with(turning, motion))).take(MOST_AXES) {
+    let Some(ground) = Frame::new(here, Vector3::zeros()) else { return unknown };
+    let mut looks: Vec<(f64, Linear)> = Vec::new();
+    let times = times(&ground.spectrum, fastest);
+    for time in &times {
+        let Some(there) = later(*time, times[times.len() - 1]) else { break };
+        // Contacts that open or close on the way are another matter.
+        let expansion = if there.closed == instant.closed { local.at(&there.inputs).ok() } else { None };
+        let Some(there) = expansion.and_then(|expansion| reduce(&expansion).ok()) else { break };
+        looks.push((*time, there));
+    }
+    if looks.is_empty() {
+        return unknown;
+    }
+    let change = |frame: &Frame<'_>| frame.change(&looks, fastest, length);
+    let mut best = Axes { unsteadiness: change(&ground), ..Axes::default() };
+    for turning in turnings(&motions, fastest, length) {
         if best.unsteadiness == 0.0 {
             break;
         }
-        let turned = here.in_axes(turning);
-        let unsteadiness = look(turning, &turned);
-        if unsteadiness < NEARLY * best.unsteadiness {
-            best = Axes { turning, turned: Some(turned), unsteadiness };
+        let Some(frame) = Frame::new(here, turning) else { continue };
+        let unsteadiness = change(&frame);
+        if unsteadiness <= SLOW && unsteadiness < BETTER * best.unsteadiness {
+            best = Axes { turning, turned: Some(frame.a), unsteadiness };
         }
     }
     best
 }
+
+/// How far ahead models are compared, s, ascending: from what moves fastest to the slowest mode.
+fn times(modes: &Spectrum, fastest: f64) -> Vec<f64> {
+    let sizes = || modes.pairs.iter().filter(|pair| pair.value.norm() > MARGIN * pair.uncertainty);
+    let slowest = sizes().map(|pair| pair.value.norm()).fold(f64::INFINITY, f64::min);
+    let quickest = if fastest > 0.0 { fastest } else { sizes().map(|pair| pair.value.norm()).fold(0.0, f64::max) };
+    let last = if slowest.is_finite() { LAST / slowest } else { LAST / quickest };
+    let first = (FIRST / quickest).min(last);
+    if !(first.is_finite() && last.is_finite() && first > 0.0) {
+        return Vec::new();
+    }
+    let looks = ((last / first).ln() / APART.ln()).ceil().clamp(1.0, MOST_LOOKS as f64 - 1.0);
+    (0..=looks as usize).map(|k| first * (last / first).powf(k as f64 / looks)).collect()
+}
+
+/// A model in axes, with its modes.
+struct Frame<'l> {
+    here: &'l Linear,
+    turning: Vector3<f64>,
+    a: DMatrix<f64>,
+    spectrum: Spectrum,
+}
+
+/// What a model becomes on the way, as seen in axes.
+struct Change {
+    /// A0 - P^-1 A1 P.
+    rates: DMatrix<f64>,
+    /// Its terms.
+    terms: DMatrix<f64>,
+    /// Displacements and velocities that cannot be said in the other's states, by states.
+    left: [DMatrix<f64>; 2],
+}
+
+impl<'l> Frame<'l> {
+    fn new(here: &'l Linear, turning: Vector3<f64>) -> Option<Self> {
+        let a = here.in_axes(turning);
+        Some(Self { here, turning, spectrum: spectrum(&a)?, a })
+    }
+
+    /// The largest change of a mode, on its size, while it turns by one radian; of what is no mode, while the scene turns by one.
+    fn change(&self, looks: &[(f64, Linear)], fastest: f64, length: f64) -> f64 {
+        let changes = looks.iter().map(|(time, there)| Some((*time, self.until(there, *time, length)?)));
+        let Some(changes) = changes.collect::<Option<Vec<_>>>() else { return f64::INFINITY };
+        let n = self.a.nrows();
+        let most = (WORK / (n * n * n)).clamp(2, MOST_COMPARED);
+        let mut largest = 0.0_f64;
+        for pair in self.spectrum.pairs.iter().take(most) {
+            let open = MARGIN * (pair.uncertainty + self.here.open(pair)) / pair.value.norm();
+            largest =
+                largest.max(self.of_vectors(&changes, (pair.value, pair.value.norm()), &[&pair.vector], open, length));
+        }
+        if fastest > 0.0 {
+            let free = self.free();
+            let free: Vec<&ComplexVector> = free.iter().collect();
+            largest = largest.max(self.of_vectors(&changes, (Complex::ZERO, fastest), &free, 0.0, length));
+        }
+        largest
+    }
+
+    /// Displacements that nothing drives back, and velocities along them.
+    fn free(&self) -> Vec<ComplexVector> {
+        let (p, rates) = (self.here.coordinates, self.a.nrows() - self.here.coordinates - self.here.element_states);
+        let mut found: Vec<DVector<f64>> = Vec::new();
+        for null in self.spectrum.null.column_iter().take(MOST_COMPARED) {
+            found.push(null.into_owned());
+            if p == rates {
+                let mut velocity = DVector::zeros(self.a.nrows());
+                velocity.rows_mut(p, p).copy_from(&null.rows(0, p));
+                found.push(velocity);
+            }
+        }
+        found.retain(|vector| vector.norm() > 0.0);
+        found.iter().map(|vector| vector.map(Complex::from)).collect()
+    }
+
+    /// The largest of what changes do to vectors of an eigenvalue of a size, 1/s, on its size and a radian of it; `open`: what round-off
+    /// leaves open of it.
+    fn of_vectors(
+        &self,
+        changes: &[(f64, Change)],
+        (value, size): (Complex<f64>, f64),
+        vectors: &[&ComplexVector],
+        open: f64,
+        length: f64,
+    ) -> f64 {
+        let n = self.a.nrows();
+        let beside = value + BESIDE * size;
+        let shifted = DMatrix::from_fn(n, n, |row, column| {
+            let own = if row == column { beside } else { Complex::ZERO };
+            own - self.a[(row, column)]
+        });
+        let factored = shifted.lu();
+        let parts =
+            |states: &ComplexVector| [&self.here.positions, &self.here.velocities].map(|of| complex(of, states));
+        let norm = |states: &ComplexVector| self.size(&parts(states), states, size, length);
+        let longest = changes.iter().map(|(time, _)| *time).fold(0.0, f64::max);
+        let mut largest = 0.0_f64;
+        for (time, change) in changes.iter().filter(|(time, _)| size * time >= LEAST || *time == longest) {
+            for vector in vectors {
+                let whole = norm(vector);
+                let answer = |rates: &ComplexVector| factored.solve(rates).map_or(f64::INFINITY, |z| norm(&z) / whole);
+                let sizes = &change.terms * vector.map(|entry| entry.norm());
+                let signed = |k: usize| if k * 7919 % 101 < 50 { -ROUND_OFF } else { ROUND_OFF };
+                let none = answer(&ComplexVector::from_fn(n, |k, _| Complex::from(sizes[k] * signed(k))));
+                let left = change.left.each_ref().map(|of| complex(of, vector));
+                let unsaid = self.size(&left, &ComplexVector::zeros(n), size, length) / whole;
+                let found = answer(&complex(&change.rates, vector)).max(unsaid) - open / BESIDE - MARGIN * none;
+                largest = largest.max(if found > NONE { found / (size * time) } else { 0.0 });
+            }
+        }
+        largest
+    }
+
+    /// The size of displacements and velocities of bodies, m: turns on the size of the scene, velocities in the time of a rate. Of states
+    /// alone where no body moves.
+    fn size(&self, [x, v]: &[ComplexVector; 2], states: &ComplexVector, rate: f64, length: f64) -> f64 {
+        let norm = |of: &ComplexVector| {
+            let parts = of.iter().enumerate();
+            parts.map(|(k, entry)| entry.norm_sqr() * if k % 6 < 3 { 1.0 } else { length * length }).sum::<f64>()
+        };
+        let moved = (norm(x) + norm(v) / (rate * rate)).sqrt();
+        let own = states.rows(states.len() - self.here.element_states, self.here.element_states).norm();
+        if moved > 0.0 || own == 0.0 { moved } else { own }
+    }
+
+    /// What a model becomes until a later one; `None` where they have other states.
+    fn until(&self, there: &Linear, time: f64, length: f64) -> Option<Change> {
+        let (n, p, s) = (self.a.nrows(), self.here.coordinates, self.here.element_states);
+        if (there.a.nrows(), there.coordinates) != (n, p) {
+            return None;
+        }
+        let back = Rotation3::new(-self.turning * time);
+        let seen = |of: &DMatrix<f64>, turn: &Rotation3<f64>| {
+            let mut seen = of.clone();
+            for at in (0..of.nrows()).step_by(3) {
+                let turned = turn.matrix() * of.rows(at, 3) * if at % 6 == 3 { length } else { 1.0 };
+                seen.rows_mut(at, 3).copy_from(&turned);
+            }
+            seen
+        };
+        let here = [&self.here.positions, &self.here.velocities].map(|of| seen(of, &Rotation3::identity()));
+        let then = [&there.positions, &there.velocities].map(|of| seen(of, &back));
+        let mut by = DMatrix::zeros(n, n);
+        by.view_mut((n - s, n - s), (s, s)).fill_with_identity();
+        // Coordinates from displacements, then their rates from velocities.
+        for (of, range) in [(0, 0..p), (1, p..n - s)] {
+            let right = &here[of] - &then[of] * &by;
+            let own = then[of].columns_range(range.clone()).into_owned();
+            by.rows_range_mut(range).copy_from(&closest(&own, &right)?);
+        }
+        let then_a = there.in_axes(self.turning) * &by;
+        let factored = by.clone().lu();
+        let moved = factored.solve(&then_a)?;
+        let terms = self.a.abs() + moved.abs();
+        let unscaled = |mut left: DMatrix<f64>| {
+            (0..left.nrows()).filter(|row| row % 6 >= 3).for_each(|row| left.row_mut(row).unscale_mut(length));
+            left
+        };
+        let left = [0, 1].map(|of| unscaled(&here[of] - &then[of] * &by));
+        Some(Change { rates: &self.a - moved, terms, left })
+    }
+}
+
+/// How a body moves: velocity, angular velocity and their rates, ground axes, turns times the size of the scene.
+struct Motion([Vector3<f64>; 4]);
 
 fn motions(inputs: &[f64], layout: &Layout, length: f64) -> Vec<Motion> {
     let vector = |slot: usize| Vector3::new(inputs[slot], inputs[slot + 1], inputs[slot + 2]);
@@ -124,18 +313,43 @@ impl Motion {
     }
 }
 
-/// The angular velocities W with which bodies may turn as one: a = W x v and alpha = W x omega of all, as nearly as may be. Where all
-/// that moves so is along one direction, W is along it, too, and as that of one of the bodies.
-fn turnings(motions: &[Motion], length: f64) -> Vec<Vector3<f64>> {
-    let (mut matrix, mut right) = (Matrix3::zeros(), Vector3::zeros());
-    for Motion([v, spin, a, alpha]) in motions {
-        for (of, rate) in [(v, a), (spin, alpha)] {
-            matrix += Matrix3::identity() * of.norm_squared() - of * of.transpose();
-            right += of.cross(rate);
+/// The angular velocities W with which bodies may turn as one: a = W x v and alpha = W x omega of all, or, where they travel as well,
+/// of what moves beside the mean. Each body counts by the direction in which it moves, however slowly: a gyroscope that precesses turns
+/// with its precession. Where all that moves so is along one direction, W is along it, too, and as that of one of the bodies.
+fn turnings(motions: &[Motion], fastest: f64, length: f64) -> Vec<Vector3<f64>> {
+    let count = motions.len() as f64;
+    let mean = |k: usize| motions.iter().map(|motion| motion.0[k]).sum::<Vector3<f64>>() / count;
+    let (v, a) = (mean(0), mean(2));
+    let none = NO_MOTION * fastest * length;
+    let mut found: Vec<Vector3<f64>> = Vec::new();
+    for (v, a) in [(Vector3::zeros(), Vector3::zeros()), (v, a)] {
+        let rates: Vec<(Vector3<f64>, Vector3<f64>)> = (motions.iter())
+            .flat_map(|Motion([own, spin, rate, alpha])| [(own - v, rate - a), (*spin, *alpha)])
+            .filter(|(of, _)| of.norm() > none)
+            .map(|(of, rate)| (of.normalize(), rate / of.norm()))
+            .collect();
+        found.extend(turning_of(&rates, motions, length));
+    }
+    let mut different: Vec<Vector3<f64>> = Vec::new();
+    for turning in found {
+        let same = |known: &Vector3<f64>| (known - turning).norm() <= DETERMINED * turning.norm();
+        if turning.norm() > NONE * fastest && !different.iter().any(same) {
+            different.push(turning);
         }
     }
+    different.truncate(MOST_AXES);
+    different
+}
+
+/// From directions of unit length and their rates.
+fn turning_of(rates: &[(Vector3<f64>, Vector3<f64>)], motions: &[Motion], length: f64) -> Vec<Vector3<f64>> {
+    let (mut matrix, mut right) = (Matrix3::zeros(), Vector3::zeros());
+    for (of, rate) in rates {
+        matrix += Matrix3::identity() - of * of.transpose();
+        right += of.cross(rate);
+    }
     // Where speeds have no square.
-    if !(matrix.sum() + right.sum()).is_finite() {
+    if rates.is_empty() || !(matrix.sum() + right.sum()).is_finite() {
         return Vec::new();
     }
     let found = matrix.symmetric_eigen();
@@ -149,156 +363,18 @@ fn turnings(motions: &[Motion], length: f64) -> Vec<Vector3<f64>> {
         }
     }
     let clean = |turning: Vector3<f64>| turning.map(|part| if part.abs() > NONE * turning.norm() { part } else { 0.0 });
-    let Some(open) = open else { return vec![clean(own)] };
-    let mut found: Vec<Vector3<f64>> = Vec::new();
-    for Motion([_, spin, ..]) in motions {
-        let turning = clean(own + open * (open.dot(spin) / length));
-        if !found.iter().any(|known| (known - turning).norm() <= DETERMINED * turning.norm()) {
-            found.push(turning);
+    let with = |turning: &Vector3<f64>| {
+        let off = |(of, rate): &(Vector3<f64>, Vector3<f64>)| (rate - turning.cross(of)).norm();
+        rates.iter().all(|one| off(one) <= NEARLY * turning.norm().max(one.1.norm()))
+    };
+    let mut found: Vec<Vector3<f64>> = match open {
+        None => vec![clean(own)],
+        Some(open) => {
+            motions.iter().map(|Motion([_, spin, ..])| clean(own + open * (open.dot(spin) / length))).collect()
         }
-    }
+    };
+    found.retain(with);
     found
-}
-
-/// A change on its size in a time, by the time; zero where it is round-off.
-fn rate(change: f64, step: f64) -> f64 {
-    if change > NONE { change / step } else { 0.0 }
-}
-
-/// What is not in balance although the scene turns on as one, on the size of loads and inertia.
-fn left(e: &Expansion, ahead: &[f64], layout: &Layout, length: f64) -> f64 {
-    let left = e.value(Function::Balance);
-    let share = |body: usize| {
-        let (row, at) = (6 * body, layout.acceleration_slot() + 6 * body);
-        let [a, alpha] = [at, at + 3].map(|slot| Vector3::new(ahead[slot], ahead[slot + 1], ahead[slot + 2]).norm());
-        let inertia = [e.mass[(row, row)] * a, e.mass.fixed_view::<3, 3>(row + 3, row + 3).norm() * alpha];
-        let both = |of: &DVector<f64>, [force, moment]: [f64; 2]| {
-            (of.rows(row, 3).norm() + force) * length + of.rows(row + 3, 3).norm() + moment
-        };
-        let size = both(&e.sizes, inertia);
-        if size > 0.0 { both(&left, [0.0; 2]) / size } else { 0.0 }
-    };
-    (0..layout.bodies).map(share).fold(0.0, f64::max)
-}
-
-/// The change of a model on its way to another, on its size: as seen in axes with this angular velocity.
-fn change(
-    (here, a): (&Linear, &DMatrix<f64>),
-    there: &Linear,
-    length: f64,
-    (step, turning): (f64, Vector3<f64>),
-) -> f64 {
-    let back = Rotation3::new(-turning * step);
-    let (s0, s1) = (seen(here, length, step, &Rotation3::identity()), seen(there, length, step, &back));
-    if s0.ncols() != s1.ncols() {
-        return f64::INFINITY;
-    }
-    let Some(p) = closest(&s1, &s0) else { return f64::INFINITY };
-    let left = &s0 - &s1 * &p;
-    let rates = &s0 * a;
-    let moved = &s1 * (&p * a - there.in_axes(turning) * &p);
-    (0..s0.ncols())
-        .map(|k| {
-            let size = s0.column(k).norm();
-            (left.column(k).norm() / size).max(moved.column(k).norm() / (rates.column(k).norm() + size / step))
-        })
-        .fold(0.0, f64::max)
-}
-
-/// Displacements and velocities of all bodies, turned, and element states, by states; turns on the size of the scene, velocities in a
-/// time.
-fn seen(linear: &Linear, length: f64, time: f64, turn: &Rotation3<f64>) -> DMatrix<f64> {
-    let (bodies, states) = (linear.positions.nrows(), linear.a.nrows());
-    let mut all = DMatrix::zeros(2 * bodies + linear.element_states, states);
-    all.rows_mut(0, bodies).copy_from(&linear.positions);
-    all.rows_mut(bodies, bodies).copy_from(&(&linear.velocities * time));
-    for at in (0..2 * bodies).step_by(3) {
-        let turned = turn.matrix() * all.rows(at, 3) * if at % 6 == 3 { length } else { 1.0 };
-        all.rows_mut(at, 3).copy_from(&turned);
-    }
-    let first = states - linear.element_states;
-    (0..linear.element_states).for_each(|k| all[(2 * bodies + k, first + k)] = 1.0);
-    all
-}
-
-/// The inputs after a time in which bodies continue to move as they do, seen in axes with this angular velocity W: v there changes by
-/// a - W x v, and omega by alpha - W x omega.
-fn advanced(
-    inputs: &[f64],
-    e: &Expansion,
-    states: &[usize],
-    layout: &Layout,
-    (time, turning): (f64, Vector3<f64>),
-) -> Vec<f64> {
-    let vector = |slot: usize| Vector3::new(inputs[slot], inputs[slot + 1], inputs[slot + 2]);
-    let with_axes = Rotation3::new(turning * time);
-    let half_way = Rotation3::new(turning * (0.5 * time));
-    // The mean of what turns with the axes: along their axis, and across it by the sine of half the turn.
-    let half = 0.5 * time * turning.norm();
-    let share = if half > 0.0 { half.sin() / half } else { 1.0 };
-    let mean = |of: Vector3<f64>| {
-        let axis = turning.try_normalize(0.0).unwrap_or_default();
-        let along = axis * axis.dot(&of);
-        along + half_way * (of - along) * share
-    };
-    let mut ahead = inputs.to_vec();
-    ahead[Layout::TIME] += time;
-    for body in 0..layout.bodies {
-        let at = layout.acceleration_slot() + 6 * body;
-        let p = Vector4::from_fn(|k, _| inputs[layout.body_slot(body, 3 + k)]);
-        let to_body = crate::model::rotation(&p.into()).transpose();
-        let (v, spin) = (vector(layout.body_slot(body, 7)), vector(layout.body_slot(body, 10)));
-        let own_turning = to_body * turning;
-        let (a, alpha) = (vector(at) - turning.cross(&v), vector(at + 3) - own_turning.cross(&spin));
-        let moved = mean(v) * time + with_axes * a * (0.5 * time * time);
-        // With the axes, and beside them by what it turns more: p' = p (W in axes of the body).
-        let turned = by_turn(own_turning * time) * p;
-        let beside = spin - own_turning + alpha * (0.5 * time);
-        let turned = by_turn(beside * time) * turned;
-        let as_body = Rotation3::new(beside * -time);
-        let (v, spin) = (with_axes * (v + a * time), as_body * (spin + alpha * time));
-        let (a, alpha) = (with_axes * vector(at), as_body * vector(at + 3));
-        let rates = by_spin(spin) * turned;
-        for k in 0..3 {
-            ahead[layout.body_slot(body, k)] += moved[k];
-            ahead[layout.body_slot(body, 7 + k)] = v[k];
-            ahead[layout.body_slot(body, 10 + k)] = spin[k];
-            ahead[at + k] = a[k];
-            ahead[at + 3 + k] = alpha[k];
-        }
-        for k in 0..4 {
-            ahead[layout.body_slot(body, 3 + k)] = turned[k];
-            ahead[layout.body_slot(body, 13 + k)] = rates[k];
-        }
-    }
-    let rates = e.value(Function::States);
-    states.iter().enumerate().for_each(|(k, state)| ahead[layout.state_slot() + state] += time * rates[k]);
-    ahead
-}
-
-/// The matrix of the product of Euler parameters with those of a turn in axes of the body.
-fn by_turn(turn: Vector3<f64>) -> Matrix4<f64> {
-    let half = 0.5 * turn.norm();
-    let share = if half > 0.0 { half.sin() / half } else { 1.0 };
-    Matrix4::identity() * half.cos() + by_spin(turn) * share
-}
-
-/// Half the matrix of the product of Euler parameters with an angular velocity in axes of the body.
-fn by_spin(spin: Vector3<f64>) -> Matrix4<f64> {
-    let [x, y, z] = spin.into();
-    0.5 * Matrix4::new(0.0, -x, -y, -z, x, 0.0, z, -y, y, -z, 0.0, x, z, y, -x, 0.0)
-}
-
-/// The equations there, with reactions that are in balance: those of rows in axes of a body that turns are others.
-fn balanced(ahead: &mut [f64], (local, rows): (&mut Local, &[usize]), layout: &Layout) -> Option<Expansion> {
-    let first = local.at(ahead).ok()?;
-    if rows.is_empty() {
-        return Some(first);
-    }
-    let left = first.value(Function::Balance);
-    let change = closest(&first.slope(Function::Balance, Direction::Multipliers), &DMatrix::from_columns(&[left]))?;
-    rows.iter().zip(change.iter()).for_each(|(row, change)| ahead[layout.multiplier_slot() + row] -= change);
-    local.at(ahead).ok()
 }
 
 /// The least squares solution of A X ~ B, zero where columns of A follow from others; none of numbers that are not finite.

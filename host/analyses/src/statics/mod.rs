@@ -257,7 +257,7 @@ fn settle(session: &Session, search: &Search<'_>, place: Place, number: usize) -
     let Place { inputs, closed, steps, audit, not_unique, friction } = place;
     let layout = &session.plan.layout;
     let instant = Instant { time: inputs[0], inputs, closed, released: session.equations.released() };
-    let linear = Linear::at(session, &instant, None, None)?;
+    let linear = Linear::at_rest(session, &instant)?;
     let mut modes = Modes::of(session, &linear)?;
     if !not_unique.is_empty() {
         modes.notes.push(format!("reactions that are not unique: {}", not_unique.join(", ")));

@@ -6,8 +6,14 @@ use super::checkpoint::{Checkpoint, Identity};
 use super::error::SessionError;
 use super::opened::Session;
 use super::restart::Restart;
+use super::run::Run;
 use crate::catalog::sha256;
 use crate::diagnostics::{Diagnostic, codes};
+use crate::scene::OutputTimes;
+
+/// Tolerance of how a scene moves on, and steps that this may take.
+const TIGHT: f64 = 1e-11;
+const MOST_STEPS: u64 = 5000;
 
 impl Session {
     /// Goes on from where another run of the scene ended, instead of from the scene's start: as [`Session::stand_at`].
@@ -129,6 +135,23 @@ impl Session {
         }
         self.begins.sampled_from = point.t_start;
         Ok(())
+    }
+
+    /// A run of the scene from a state of it up to a time, s, be that behind its end: how it moves on from there. Without samples, at a
+    /// tight tolerance, and no further than some thousands of steps.
+    ///
+    /// # Errors
+    /// As for [`Session::stand_at`]; where the motion cannot start.
+    pub fn moving_on(&self, state: Restart, to: f64) -> Result<Run<'static>, SessionError> {
+        let mut scene = self.scene.clone();
+        let settings = &mut scene.simulation;
+        (settings.t_end, settings.output) = (to, OutputTimes::Times(Vec::new()));
+        (settings.tolerance, settings.max_steps) = (Some(TIGHT), Some(MOST_STEPS));
+        (settings.first_step, settings.fixed_step, settings.checkpoint_every) = (None, None, None);
+        let start = Some((self.begins.time, self.assembly.clone()));
+        let mut again = Self::of_scene(scene, Vec::new(), &self.catalog, &self.options, start, Instant::now())?;
+        again.stand_at(state)?;
+        again.prepare()?.start()
     }
 
     /// The same scene, opened anew.
