@@ -40,6 +40,32 @@ fn every_formulation_and_method_gives_the_same_motion() {
     all_ways("verification/modal-body.toml", "simulation.t_end=0.02", 1e-5);
 }
 
+/// Motors with inertia in the hinges of a chain, geared so that they turn against the links before: in coordinates of joints a part of the
+/// mass matrix, and nothing is iterated.
+#[test]
+fn inertia_in_joints_is_a_part_of_the_mass_matrix() {
+    let mut scene = "[plugins]\nlibraries = [\"joints\", \"forces\"]\n[simulation]\ngravity = [0, 0, -9.81]\nt_end = 0.5\noutput_step = 0.1\n"
+        .to_owned();
+    for k in 0..5 {
+        let (before, axis) =
+            (if k == 0 { "ground".into() } else { format!("b{}", k - 1) }, ["[0, 1, 0]", "[1, 0.2, 0]"][k % 2]);
+        scene += &format!(
+            "[[body]]\nname = \"b{k}\"\nmass = 1\ninertia = [0.01, 0.02, 0.03]\nposition = [{x}, 0, 0]\n\
+             [[joint]]\nname = \"j{k}\"\ntype = \"revolute\"\nbodies = [\"{before}\", \"b{k}\"]\npoint = [{k}, 0, 0]\naxis = {axis}\n\
+             [[force]]\nname = \"m{k}\"\ntype = \"rotational-inerter\"\nbodies = [\"{before}\", \"b{k}\"]\npoint = [{k}, 0, 0]\n\
+             axis = {axis}\nparams.inertance = {inertance}\n\
+             [[output]]\nname = \"q{k}\"\nquantity = \"coordinate\"\nof = \"j{k}\"\n\
+             [[output]]\nname = \"r{k}\"\nquantity = \"reaction_torque\"\nof = \"j{k}\"\ncomponent = \"x\"\n",
+            x = k as f64 + 0.5,
+            inertance = 0.1 * (k + 1) as f64,
+        );
+    }
+    let by = |formulation: &str| try_text(&scene, &[&format!("simulation.formulation={formulation:?}")]).unwrap();
+    let (joint, cartesian) = (by("joint"), by("cartesian"));
+    assert_same_motion(&joint, &cartesian, 1e-8);
+    assert!(joint.summary.coupling_iterations == 0 && cartesian.summary.coupling_iterations > 0);
+}
+
 /// Of axes that are nearly those of the ground, some velocities have next to no share in the energy: it is never negative for that.
 #[test]
 fn an_axis_that_is_nearly_that_of_the_ground_is_an_axis() {

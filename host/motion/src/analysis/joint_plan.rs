@@ -188,7 +188,7 @@ impl Chosen {
         if joint.take_parameters(layout) {
             return Ok(None);
         }
-        if equations.needs_solution() {
+        if equations.needs_solution() && !joint.has_inertia {
             let mass = mass_entries(&mass_values(model));
             let working = Working { equations, layout, mass: &mass };
             joint.dependence = Dependence::new(&joint, &working, tree, assembly.scales.length);

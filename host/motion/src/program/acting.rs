@@ -63,6 +63,8 @@ pub(super) struct Imports<'m> {
     /// What elements store.
     stored: Stored,
     reactions: FxHashMap<usize, (V3, V3)>,
+    /// Loads as force elements give them, without inertia.
+    given: Vec<Node>,
 }
 
 impl Equations {
@@ -80,7 +82,8 @@ impl Equations {
         let elements: Vec<Import> = elements.collect();
         let stored = Stored { shared: self.graph.constant(0.0), own: Vec::new() };
         let reactions = FxHashMap::default();
-        let mut imports = Imports { model, layout, elements, weight: self.potential, stored, reactions };
+        let given = Vec::new();
+        let mut imports = Imports { model, layout, elements, weight: self.potential, stored, reactions, given };
         // Signals may be measured from all kinetic energy.
         for index in 0..model.elements.len() {
             if let Some(energy) = self.kinetic_of(index, &mut imports) {
@@ -97,6 +100,9 @@ impl Equations {
             }
         }
         self.move_rows_with_states(model, layout);
+        let of_bodies = layout.acceleration_slot()..layout.multiplier_slot();
+        let is_free = |slot: &usize| !of_bodies.contains(slot);
+        self.inertial_alone = self.inertial && self.solved_inputs(&imports.given, layout).iter().all(is_free);
         imports.stored
     }
 
@@ -188,6 +194,7 @@ impl Equations {
         if element.class.kind == Kind::Force {
             for (f, marker) in element.markers.iter().enumerate() {
                 let given = self.given_load(index, f, imports);
+                imports.given.extend(given.force.into_iter().chain(given.torque));
                 let load = self.load(index, f, imports);
                 self.element_mut(index).loads.push(load);
                 let frame = &imports.elements[index].frames[f];

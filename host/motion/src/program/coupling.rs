@@ -44,6 +44,14 @@ impl Equations {
         self.form == Form::Working && self.graph.calls.is_empty() && self.solved_inputs(&slopes, layout).is_empty()
     }
 
+    /// Whether they depend on accelerations of bodies alone, by the inertia of elements alone, and nothing else that is integrated does:
+    /// their derivatives are those of a mass matrix.
+    #[must_use]
+    pub fn is_coupling_inertia(&self, layout: &Layout) -> bool {
+        let inertia = self.inertial_alone && self.solved_in_rates.is_empty() && self.is_coupling_linear(layout);
+        inertia && self.coupling.iter().all(|input| input.slot < layout.multiplier_slot())
+    }
+
     /// The accelerations and multipliers among the inputs that `nodes` depend on, ascending.
     pub(super) fn solved_inputs(&self, nodes: &[Node], layout: &Layout) -> Vec<usize> {
         let solved = layout.acceleration_slot()..layout.inputs();

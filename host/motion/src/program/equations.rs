@@ -142,6 +142,8 @@ pub struct Equations {
     pub coupling: Vec<CoupledInput>,
     /// Whether elements bring kinetic energy: the loads contain their inertia.
     pub inertial: bool,
+    /// Whether nothing but this inertia depends on accelerations of bodies: no load that an element gives.
+    pub(super) inertial_alone: bool,
     /// What of it is met by impulses, where rows switch.
     pub(super) free_inertia: FreeInertia,
     /// Whether there are any, or [`Equations::solved_in_rates`], with some choice of closed contacts.
@@ -202,6 +204,7 @@ impl Equations {
             coupling: Vec::new(),
             may_need_solution: false,
             inertial: false,
+            inertial_alone: false,
             free_inertia: FreeInertia::default(),
             solved_in_rates: Vec::new(),
             channels: Vec::new(),
@@ -281,6 +284,7 @@ impl Equations {
             coupling: self.coupling.clone(),
             may_need_solution: self.may_need_solution,
             inertial: self.inertial,
+            inertial_alone: self.inertial_alone,
             free_inertia: self.free_inertia.clone(),
             solved_in_rates: self.solved_in_rates.clone(),
             channels: self.channels.clone(),

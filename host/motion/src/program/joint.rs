@@ -6,17 +6,21 @@
 //!
 //! sum T^T M T u' + (Phi_q T)^T lambda = sum T^T (Q - M b),   (Phi_q T) u' = gamma - Phi_q b
 //!
-//! with M, Q, Phi_q, gamma of the working form. The rows of the tree's joints hold by themselves; those of all other joints
-//! stay. Operations on what folds to a constant vanish: of planar mechanisms nothing spatial is left, and rows that hold
+//! with M, Q, Phi_q, gamma of the working form. Where Q depends on [v'; omega''] by the inertia of elements, it is linear in u' with
+//! them, and what u' is multiplied with goes over into the mass matrix. The rows of the tree's joints hold by themselves; those of all
+//! other joints stay. Operations on what folds to a constant vanish: of planar mechanisms nothing spatial is left, and rows that hold
 //! wherever the tree is have no derivative and are dropped.
 
 mod folded;
 mod writer;
 
+use std::collections::BTreeMap;
 use std::sync::OnceLock;
 
 use element_api::recording::{Input, Role};
-use odyn_graph::{Graph, M3, Node, Program, Rewriting, Seeds, V3, Workspace, derivatives, import};
+use odyn_graph::{
+    Expr, Graph, M3, Node, Program, Rewriting, Seeds, V3, Workspace, derivatives, derivatives_along_each, import,
+};
 use rustc_hash::FxHashMap;
 
 use self::folded::folded;
@@ -68,6 +72,8 @@ pub struct JointEquations {
     pub(super) turned: bool,
     /// Accelerations of bodies and multipliers that loads, rates of states or power depend on.
     pub dependence: Option<Dependence>,
+    /// Whether the mass matrix has the inertia of elements, which loads depended on accelerations by.
+    pub has_inertia: bool,
 }
 
 /// Twelve numbers that tell how a body moves with one velocity: along (ground axes) and about (body axes).
@@ -168,6 +174,14 @@ impl JointEquations {
             replaced.extend(old.v.into_iter().zip(new.nodes.v));
             replaced.extend(old.w.into_iter().zip(new.nodes.w));
         }
+        let has_inertia = short && tree.followers.is_empty() && cartesian.is_coupling_inertia(layout);
+        let rates: Vec<Node> = match has_inertia {
+            true => (0..coordinates.columns).map(|column| g.input(coordinates.acceleration_slot + column)).collect(),
+            false => Vec::new(),
+        };
+        if has_inertia {
+            replaced.extend(accelerations_in_joints(&mut g, cartesian, &bodies, &rates, layout));
+        }
         let mut rewriting = Rewriting::new(&cartesian.graph, &mut g, replaced);
         let zero = g.constant(0.0);
         let mut rows = Vec::with_capacity(cartesian.rows.len());
@@ -193,7 +207,7 @@ impl JointEquations {
             shared.push(row.gamma);
             shared.extend(row.jacobian.iter().map(|(_, slope)| *slope));
         }
-        let (mass, loads) = match short {
+        let (mut mass, mut loads) = match short {
             true => project(&mut g, model, &bodies, &limbs, &body_loads, &shared, how),
             false => {
                 let missing = g.constant(f64::NAN);
@@ -201,6 +215,9 @@ impl JointEquations {
                 (mass, composite_loads(&mut g, &limbs, coordinates.columns))
             }
         };
+        if has_inertia {
+            move_inertia(&mut g, &mut mass, &mut loads, &rates);
+        }
         shared.extend(mass.iter().map(|(_, _, node)| *node));
         shared.extend(&loads);
         let size = g.live(&shared).len();
@@ -217,12 +234,14 @@ impl JointEquations {
             state_rates,
             power,
             size,
-            limbs: Some(limbs),
+            // Accelerations body by body do not know of it.
+            limbs: (!has_inertia).then_some(limbs),
             body_loads,
             row_slopes,
             common,
             turned: false,
             dependence: None,
+            has_inertia,
         };
         if tree.followers.is_empty() { all } else { folded(all, tree, &measures, layout) }
     }
@@ -264,6 +283,48 @@ impl JointEquations {
     pub fn articulated(&self, g: &mut Graph) -> Option<Articulated> {
         Some(articulated(g, self.limbs.as_ref()?, self.coordinates.columns))
     }
+}
+
+/// What the accelerations that loads depend on are in the coordinates of joints, whose own are `rates`: T u' + b.
+fn accelerations_in_joints(
+    g: &mut Graph,
+    cartesian: &Equations,
+    bodies: &[Carried],
+    rates: &[Node],
+    layout: &Layout,
+) -> Vec<(Node, Node)> {
+    let mut found = Vec::new();
+    for node in cartesian.graph.live(&cartesian.loads) {
+        let Expr::Input(slot) = cartesian.graph.expr(node) else { continue };
+        let Some(at) = (slot as usize).checked_sub(layout.acceleration_slot()) else { continue };
+        let (body, k) = (&bodies[at / 6], at % 6);
+        let of = |along: V3, about: V3| if k < 3 { along[k] } else { about[k - 3] };
+        let mut sum = of(body.bias, body.spin_bias);
+        for partial in &body.partials {
+            let part = g.mul(of(partial.along, partial.about), rates[partial.column]);
+            sum = g.add(sum, part);
+        }
+        found.push((node, sum));
+    }
+    found
+}
+
+/// Moves what loads are by accelerations over to the mass matrix.
+fn move_inertia(g: &mut Graph, mass: &mut Vec<(usize, usize, Node)>, loads: &mut Vec<Node>, rates: &[Node]) {
+    let mut entries: BTreeMap<(usize, usize), Node> =
+        mass.iter().map(|(row, column, node)| ((*column, *row), *node)).collect();
+    for (column, slopes) in derivatives_along_each(g, loads, rates).into_iter().enumerate() {
+        for (row, slope) in slopes.into_iter().enumerate().skip(column) {
+            let before = entries.get(&(column, row)).copied().unwrap_or_else(|| g.constant(0.0));
+            entries.insert((column, row), g.sub(before, slope));
+        }
+    }
+    *mass = entries.into_iter().map(|((column, row), node)| (row, column, node)).collect();
+    mass.retain(|(_, _, node)| !g.is_zero(*node));
+    let zero = g.constant(0.0);
+    let whole = g.clone();
+    let still = rates.iter().map(|rate| (*rate, zero)).collect();
+    *loads = Rewriting::new(&whole, g, still).carry_all(g, loads);
 }
 
 /// Velocities, ascending, that all bodies of these markers move with; none where one of them is on the ground.

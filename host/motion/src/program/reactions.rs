@@ -83,6 +83,15 @@ impl JointEquations {
         let zero = g.constant(0.0);
         let mut balance = Balance { left: vec![zero; layout.velocities()], squares: vec![zero; layout.velocities()] };
         let mut rewriting = Rewriting::new(&equations.graph, &mut g, replaced);
+        // Accelerations that loads depend on are known here where they were not solved for by themselves.
+        let known = |slot: usize| accelerations.get(slot.checked_sub(layout.acceleration_slot())?).copied();
+        for node in if self.has_inertia { equations.graph.live(&equations.loads) } else { Vec::new() } {
+            if let Expr::Input(slot) = equations.graph.expr(node)
+                && let Some(new) = known(slot as usize)
+            {
+                rewriting.replace(node, new);
+            }
+        }
         for (column, load) in equations.loads.iter().enumerate().filter(|(column, _)| concerned[column / 6]) {
             let load = rewriting.carry(&mut g, *load);
             let minus = g.neg(load);
@@ -181,7 +190,7 @@ impl JointEquations {
         let of_bodies = 1..layout.state_slot();
         let of_accelerations = layout.acceleration_slot()..layout.multiplier_slot();
         // What loads depend on is given.
-        let given = |slot: usize| equations.coupling.iter().any(|input| input.slot == slot);
+        let given = |slot: usize| !self.has_inertia && equations.coupling.iter().any(|input| input.slot == slot);
         let foreign = |slot: usize| of_bodies.contains(&slot) || of_accelerations.contains(&slot) && !given(slot);
         (!is_open(&reactions.graph, &all, foreign)).then_some(reactions)
     }

@@ -139,7 +139,8 @@ impl Session {
         let open = tree.closes_no_loop(&self.plan.layout);
         let coupled = self.equations.coupling.len();
         let bodies = (CARTESIAN_BODY + COUPLED * coupled) * self.model.bodies.len();
-        let joint = predicted(tree, self.model.bodies.len(), open) + COUPLED * coupled * self.model.bodies.len();
+        let of_joints = if self.equations.is_coupling_inertia(&self.plan.layout) { 0 } else { coupled };
+        let joint = predicted(tree, self.model.bodies.len(), open) + COUPLED * of_joints * self.model.bodies.len();
         Predicted { joint, bodies, open }
     }
 
