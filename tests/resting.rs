@@ -330,3 +330,20 @@ fn discs_that_brakes_and_a_stop_hold_stay_where_they_are() {
         assert!(["w0", "w1"].iter().all(|name| column(&report, name).iter().all(|w| w.abs() < 1e-12)));
     }
 }
+
+/// Nothing acts where the search begins: the load comes with the state of a filter.
+#[test]
+fn a_load_that_a_filter_has_still_to_bring_is_in_balance_where_it_has() {
+    let text = "[plugins]\nlibraries = [\"joints\", \"forces\", \"controls\"]\n[simulation]\nt_end = 1\noutput_step = 0.1\n\
+                [[body]]\nname = \"mass\"\nmass = 1\ninertia = [1, 1, 1]\n\
+                [[joint]]\nname = \"rail\"\ntype = \"translational\"\nbodies = [\"ground\", \"mass\"]\npoint = [0, 0, 0]\naxis = [1, 0, 0]\n\
+                [[force]]\nname = \"spring\"\ntype = \"translational-spring-damper\"\nbodies = [\"ground\", \"mass\"]\n\
+                points = [[-1, 0, 0], [0, 0, 0]]\nparams = { stiffness = 10, damping = 1, free_length = 1 }\n\
+                [[control]]\nname = \"lag\"\ntype = \"transfer-function\"\ninputs.input = 3\nparams = { numerator = [1], denominator = [5, 1] }\n\
+                [[force]]\nname = \"push\"\ntype = \"vector-force\"\nbodies = [\"ground\", \"mass\"]\npoint = [0, 0, 0]\n\
+                inputs.x = { signal = \"lag.output\", gain = \"1 N\" }\n\
+                [[output]]\nname = \"x\"\nquantity = \"position\"\nof = \"mass\"\ncomponent = \"x\"\n";
+    let found = rest(text);
+    assert!((found.outputs[0].value - 0.3).abs() < 1e-12, "{:?}", found.outputs);
+    assert_eq!(found.stability, Stability::Stable);
+}

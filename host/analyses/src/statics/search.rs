@@ -34,7 +34,7 @@ const ROWS: f64 = 1e-13;
 const MET: f64 = 1e-10;
 /// Newton steps to the rows.
 const CORRECTIONS: usize = 30;
-/// How much more than all loads at the start what is left may accelerate a body; beyond, loads have no limit near.
+/// How much more than all loads at the start, or where they begin, what is left may accelerate a body; beyond, loads have no limit near.
 const SUDDEN: f64 = 1e3;
 /// Sizes of the scene from its start at which bodies have left it.
 const AWAY: f64 = 20.0;
@@ -188,8 +188,12 @@ impl<'s> Search<'s> {
         let (mut best, mut before) = ((f64::INFINITY, 0), 0.0);
         let mut look = self.look(&mut inputs)?;
         let mut fastest = look.rates.abs();
-        let lively = self.fastest(&look.expansion.sizes).map_or(0.0, |body| body.1);
+        let mut lively = 0.0;
         for steps in 0..MOST_STEPS {
+            // At the first place where there are loads.
+            if lively == 0.0 {
+                lively = self.fastest(&look.expansion.sizes).map_or(0.0, |body| body.1);
+            }
             fastest = fastest.sup(&look.rates.abs());
             let audit = self.audit(&look, &inputs, &fastest)?;
             let worst = audit.balance.max(audit.states);
