@@ -510,3 +510,52 @@ fn a_drive_that_presses_bodies_against_a_wall_ends_the_run() {
         }
     }
 }
+
+/// A wheel on top of a hump, straight on from which there is no hump to touch; a door on two hinges that has nothing to do with it has
+/// redundant rows, for which the motion is looked at further on.
+#[test]
+fn redundant_rows_beside_a_contact_that_ends_ahead_are_chosen_all_the_same() {
+    let hump = r#"
+[plugins]
+libraries = ["joints"]
+[simulation]
+gravity = [0, 0, -9.81]
+t_end = 0.2
+output_step = 0.1
+[[body]]
+name = "wheel"
+mass = 2
+inertia = [0.01, 0.01, 0.01]
+position = [0, 4, 1]
+velocity = [1, 0, 0]
+[[joint]]
+name = "plane"
+type = "planar"
+bodies = ["ground", "wheel"]
+point = [0, 4, 1]
+axis = [0, 1, 0]
+[[joint]]
+name = "hump"
+type = "rail-contact"
+bodies = ["ground", "wheel"]
+points = [[0, 4, 0], [0, 4, 1]]
+axis = [0, -1, 0]
+x_axis = [1, 0, 0]
+params = { height = "sqrt(0.81 - x^2)", from = -0.72, to = 0.855, wheel_radius = 0.1, unilateral = true }
+[[output]]
+name = "x"
+quantity = "position"
+of = "wheel"
+component = "x"
+"#;
+    let door = "[[body]]\nname = \"door\"\nmass = 1\ninertia = [1, 1, 1]\nposition = [0.3, 0, -5]\n".to_owned();
+    let hinge = |k: usize| {
+        format!(
+            "[[joint]]\nname = \"hinge-{k}\"\ntype = \"revolute\"\nbodies = [\"ground\", \"door\"]\npoint = [0, {k}, -5]\naxis = [0, 1, 0]\n"
+        )
+    };
+    let both = run(&format!("{hump}{door}{}{}", hinge(0), hinge(1)), &[]);
+    assert_eq!(both.summary.redundant_rows, 5);
+    let off = difference(column(&both, "x"), column(&run(hump, &[]), "x"));
+    assert!(off < 1e-9, "{off:.1e}");
+}

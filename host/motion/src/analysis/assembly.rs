@@ -239,12 +239,11 @@ pub fn assemble_from(
 }
 
 /// A place that the motion comes to: the start, at time `t`, moved along its velocities and brought to the joints, with the
-/// time there. `None` where nothing moves in `duration`, or no such place was found.
+/// time there. `None` where nothing moves in `duration`, or no such place was found: the motion need not come to where velocities at
+/// the start point, and equations may have no solution there.
 ///
 /// At the start itself the joints may be in a singular position, in which more rows depend on each other than anywhere else.
-///
-/// # Errors
-/// See [`AnalysisError`].
+#[must_use]
 pub fn ahead(
     equations: &Equations,
     model: &Model,
@@ -252,13 +251,13 @@ pub fn ahead(
     start: &Assembly,
     t: f64,
     duration: f64,
-) -> Result<Option<(f64, Assembly)>, AnalysisError> {
+) -> Option<(f64, Assembly)> {
     let length = start.scales.length;
     let bodies = start.working[..BODY_STATES * layout.bodies].chunks_exact(BODY_STATES);
     let speeds = bodies.flat_map(|y| y[7..13].iter().enumerate());
     let fastest = speeds.fold(0.0_f64, |most, (k, speed)| most.max(speed.abs() / if k < 3 { length } else { 1.0 }));
     if fastest.is_nan() || fastest * duration < AT_REST {
-        return Ok(None);
+        return None;
     }
     for distance in AHEAD {
         let s = distance / fastest;
@@ -270,13 +269,12 @@ pub fn ahead(
         }
         let mut inputs = start_inputs(layout, t + s, &place);
         let mut unknowns = Unknowns::new(equations, model, layout);
-        match positions(equations, model, layout, (t + s, length), &mut place.working, &mut inputs, &mut unknowns) {
-            Ok(_) => return Ok(Some((t + s, place))),
-            Err(AssemblyError::Analysis(error)) => return Err(error),
-            Err(_) => {}
+        if positions(equations, model, layout, (t + s, length), &mut place.working, &mut inputs, &mut unknowns).is_ok()
+        {
+            return Some((t + s, place));
         }
     }
-    Ok(None)
+    None
 }
 
 /// The inputs of every program at the start.

@@ -186,11 +186,11 @@ impl Session {
         if chooses && (near || !at_start.redundant_rows.is_empty()) {
             equations.write_gammas();
             let duration = scene.simulation.t_end - t;
-            ahead = analysis::ahead(&equations, &model, &layout, &assembly, t, duration)
-                .map_err(|error| refuse(error.into()))?;
+            ahead = analysis::ahead(&equations, &model, &layout, &assembly, t, duration);
         }
-        let decide_at = |(t, place): &(f64, Assembly)| decide(&scene, &model, &equations, &layout, (*t, place), true);
-        let there = ahead.as_ref().map(decide_at).transpose()?;
+        let decide_at =
+            |(t, place): &(f64, Assembly)| decide(&scene, &model, &equations, &layout, (*t, place), true).ok();
+        let there = ahead.as_ref().and_then(decide_at);
         if let Some(there) = &there {
             at_start.join(there);
         }
