@@ -524,3 +524,45 @@ component = "z"
         assert!(column(&report, "z").iter().all(|z| (z + 0.7).abs() < 1e-12), "{way:?}");
     }
 }
+
+/// Two links of 1 kg, of which the second's angular velocity is given, with a rotor of b between them. With w of the first link:
+/// 2 T = (0.1 + 1) w^2 + (2 w + 1)^2 + 0.1 + b (1 - w)^2, which is least where (1.1 + 4 + b) w = b - 2.
+#[test]
+fn open_velocities_are_those_of_least_energy_with_elements_between_bodies() {
+    let text = |element: &str| {
+        let mut text =
+            "[plugins]\nlibraries = [\"joints\", \"forces\"]\n[simulation]\nt_end = 1e-9\noutput_step = 1e-9\n"
+                .to_owned();
+        for (name, x, more) in [("a", 1, ""), ("b", 3, "angular_velocity = [0, 0, 1]")] {
+            text += &format!(
+                "[[body]]\nname = \"{name}\"\nmass = 1\ninertia = [0.1, 0.1, 0.1]\nposition = [{x}, 0, 0]\n{more}\n"
+            );
+        }
+        for (name, bodies, x) in [("ja", ["ground", "a"], 0), ("jb", ["a", "b"], 2)] {
+            text += &format!(
+                "[[joint]]\nname = \"{name}\"\ntype = \"revolute\"\nbodies = {bodies:?}\npoint = [{x}, 0, 0]\n"
+            );
+        }
+        text + element
+            + "[[output]]\nname = \"w\"\nquantity = \"angular_velocity\"\nof = \"a\"\ncomponent = \"z\"\n\
+               [[output]]\nname = \"T\"\nquantity = \"kinetic_energy\"\n"
+    };
+    let rotor = |b: f64| {
+        format!(
+            "[[force]]\nname = \"rotor\"\ntype = \"rotational-inerter\"\nbodies = [\"a\", \"b\"]\nparams.inertance = {b:e}\n"
+        )
+    };
+    for b in [1e-3, 1.0, 100.0, 1e6, 1e12] {
+        let report = try_text(&text(&rotor(b)), &[]).unwrap();
+        let w = (b - 2.0) / (5.1 + b);
+        let energy = 0.5 * (1.1 * w * w + (2.0 * w + 1.0).powi(2) + 0.1 + b * (7.1 / (5.1 + b)).powi(2));
+        let [w_found, found] = ["w", "T"].map(|name| column(&report, name)[0]);
+        assert!((w_found - w).abs() < 1e-11 * b.max(1.0).sqrt(), "{b}: {w_found} {w}");
+        assert!((found - energy).abs() < 1e-6 * energy, "{b}: {found} {energy}");
+    }
+    // A mass at the tip of the first link, with 2 w there: (1.1 + 4 + 4 m) w = -2.
+    let bob =
+        "[[force]]\nname = \"bob\"\ntype = \"added-mass\"\nbodies = [\"a\"]\npoint = [2, 0, 0]\nparams.mass = 3\n";
+    let found = column(&try_text(&text(bob), &[]).unwrap(), "w")[0];
+    assert!((found + 2.0 / 17.1).abs() < 1e-13, "{found}");
+}

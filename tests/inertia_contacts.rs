@@ -436,3 +436,26 @@ fn a_long_chain_keeps_its_coordinates_at_a_stop() {
         }
     }
 }
+
+/// Two slides with an inerter between them, one of which is struck: `m_1 v_1 + b (v_1 - v_2) = P`, `m_2 v_2 = b (v_1 - v_2)`.
+#[test]
+fn a_blow_on_one_of_two_bodies_that_an_inerter_connects_moves_both() {
+    let other = "[[body]]\nname = \"other\"\nmass = 5\ninertia = [1, 1, 1]\nposition = [3, 0, 0]\n\
+                 [[joint]]\nname = \"guide-2\"\ntype = \"translational\"\nbodies = [\"ground\", \"other\"]\npoint = [3, 0, 0]\n\
+                 axis = [1, 0, 0]\n[[output]]\nname = \"other\"\nquantity = \"velocity\"\nof = \"other\"\ncomponent = \"x\"\n";
+    let between = SLIDE.replace(
+        "bodies = [\"ground\", \"slide\"]\npoints = [[5, 0, 0], [1, 0, 0]]",
+        "bodies = [\"slide\", \"other\"]\npoints = [[1, 0, 0], [3, 0, 0]]",
+    );
+    let report = every_way_agrees(&format!("{between}{other}"), 1e-9);
+    let (v, e, [m_1, m_2, b]) = (1.5, 0.6, [2.0, 5.0, 3.0]);
+    let determinant = m_1 * m_2 + b * (m_1 + m_2);
+    let impulse = (1.0 + e) * v / (1.0 + (m_2 + b) / determinant);
+    assert!((impacts(&report)[0].impulse - impulse).abs() < 1e-12);
+    for (name, expected) in
+        [("slide", impulse * (m_2 + b) / determinant), ("other", impulse * b / determinant), ("ball", v - impulse)]
+    {
+        let found = *column(&report, name).last().unwrap();
+        assert!((found - expected).abs() < 1e-10, "{name}: {found} {expected}");
+    }
+}

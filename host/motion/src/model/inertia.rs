@@ -4,7 +4,7 @@ use element_api::recording::{Input, Role};
 use element_api::{Jet, Recording};
 use nalgebra::{DMatrix, DVector, Matrix3, Matrix6, Vector3};
 
-use super::types::{Body, Instance, Lent, Marker, rotation};
+use super::types::{Body, Instance, Lent, Marker};
 
 /// Share of the coordinates that it was computed from up to which an arm is round-off.
 pub(crate) const NO_ARM: f64 = 1e-14;
@@ -52,24 +52,17 @@ fn round_off(mass: &DMatrix<f64>, frames: &[FramePose]) -> Vec<f64> {
     (0..mass.nrows()).map(|k| if is_turn(k) { moved * arm * arm } else { 0.0 }).collect()
 }
 
-/// The mass matrix of a recording's kinetic energy where the bodies are given: six velocities of each frame, ground axes, then those of
-/// flexible coordinates.
-fn mass_matrix(recording: &Recording, markers: &[Marker], bodies: &[Body]) -> Option<DMatrix<f64>> {
-    mass_at(recording, &poses(markers, bodies), &recording.initial_states)
-}
-
 /// Where frames are when the bodies are where they are given.
 fn poses(markers: &[Marker], bodies: &[Body]) -> Vec<FramePose> {
-    markers
-        .iter()
-        .map(|marker| match marker.body {
-            None => (marker.position, marker.rotation),
-            Some(body) => {
-                let turn = rotation(&bodies[body].orientation);
-                (bodies[body].position + turn * marker.position, turn * marker.rotation)
-            }
-        })
-        .collect()
+    markers.iter().map(|marker| pose(marker, &|body| bodies[body].given())).collect()
+}
+
+/// Where a frame is with bodies there.
+fn pose(marker: &Marker, bodies: &dyn Fn(usize) -> FramePose) -> FramePose {
+    marker.body.map_or((marker.position, marker.rotation), |body| {
+        let (position, turn) = bodies(body);
+        (position + turn * marker.position, turn * marker.rotation)
+    })
 }
 
 /// Position and rotation of a frame.
@@ -173,30 +166,45 @@ pub fn flexible_diagonals(element: &Instance, bodies: &[Body]) -> [Vec<f64>; 2] 
     [stiffness.collect(), mass.collect()]
 }
 
+/// The mass matrix of an element's kinetic energy by pairs of bodies: velocity of the centre of mass, ground axes, and angular velocity, body
+/// axes. `bodies` gives the centre of mass of each and its rotation to the ground, `states` are the element's; flexible velocities are zero.
+#[must_use]
+pub fn mass_of_element(
+    element: &Instance,
+    bodies: &dyn Fn(usize) -> FramePose,
+    states: &[f64],
+) -> Vec<([usize; 2], Matrix6<f64>)> {
+    let poses: Vec<FramePose> = element.markers.iter().map(|marker| pose(marker, bodies)).collect();
+    let Some(mass) = mass_at(&element.recording, &poses, states) else { return Vec::new() };
+    // From the motion of the body to that of a frame of it.
+    let carried = |frame: usize| {
+        let marker = &element.markers[frame];
+        let turn = bodies(marker.body?).1;
+        let mut carried = Matrix6::identity();
+        carried.fixed_view_mut::<3, 3>(0, 3).copy_from(&(-(turn * marker.position).cross_matrix() * turn));
+        carried.fixed_view_mut::<3, 3>(3, 3).copy_from(&turn);
+        Some((frame, marker.body?, carried))
+    };
+    let frames: Vec<_> = (0..element.markers.len()).filter_map(carried).collect();
+    let pairs = frames.iter().flat_map(|left| frames.iter().map(move |right| (left, right)));
+    let block = |((i, body, left), (j, other, right)): (&(_, _, Matrix6<f64>), &(_, _, Matrix6<f64>))| {
+        let (i, j): (usize, usize) = (*i, *j);
+        ([*body, *other], left.transpose() * mass.fixed_view::<6, 6>(6 * i, 6 * j) * right)
+    };
+    pairs.map(block).collect()
+}
+
 /// Counts to each body what it feels of the elements' mass where it is given: the mean of its mass in all directions, and its inertia
 /// about the centre of mass.
 pub(super) fn lend(bodies: &mut [Body], elements: &[Instance]) {
     let mut lent = vec![(0.0, Matrix3::zeros()); bodies.len()];
-    for element in elements.iter().filter(|element| element.brings_kinetic()) {
-        let Some(mass) = mass_matrix(&element.recording, &element.markers, bodies) else { continue };
-        // From the motion of the body to that of a frame of it.
-        let carried = |frame: usize| {
-            let marker = &element.markers[frame];
-            let turn = rotation(&bodies[marker.body?].orientation);
-            let mut carried = Matrix6::identity();
-            carried.fixed_view_mut::<3, 3>(0, 3).copy_from(&(-(turn * marker.position).cross_matrix() * turn));
-            carried.fixed_view_mut::<3, 3>(3, 3).copy_from(&turn);
-            Some((marker.body?, carried))
-        };
-        let frames: Vec<Option<(usize, Matrix6<f64>)>> = (0..element.markers.len()).map(carried).collect();
-        for (i, left) in frames.iter().enumerate() {
-            for (j, right) in frames.iter().enumerate() {
-                let (Some((body, left)), Some((other, right))) = (left, right) else { continue };
-                if body == other {
-                    let part = left.transpose() * mass.fixed_view::<6, 6>(6 * i, 6 * j) * right;
-                    lent[*body].0 += part.fixed_view::<3, 3>(0, 0).trace() / 3.0;
-                    lent[*body].1 += part.fixed_view::<3, 3>(3, 3);
-                }
+    for element in elements {
+        for ([body, other], part) in
+            mass_of_element(element, &|body| bodies[body].given(), &element.recording.initial_states)
+        {
+            if body == other {
+                lent[body].0 += part.fixed_view::<3, 3>(0, 0).trace() / 3.0;
+                lent[body].1 += part.fixed_view::<3, 3>(3, 3);
             }
         }
     }

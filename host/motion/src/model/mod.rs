@@ -61,7 +61,7 @@ pub use behind::{conditions, operations_behind, rows};
 pub use catalogue::Catalogue;
 pub use declared::{DeclaredUnit, declared_units};
 pub(crate) use inertia::NO_ARM;
-pub use inertia::{FramePose, flexible_diagonals, loads_along, mass_at};
+pub use inertia::{FramePose, flexible_diagonals, loads_along, mass_at, mass_of_element};
 pub use margins::{Watched, WatchedValue};
 pub use parameters::resolve as resolve_parameters;
 pub use picture::{Place, Shown, movable_records, place_of_shape};

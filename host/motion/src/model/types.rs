@@ -98,6 +98,12 @@ pub struct Lent {
 }
 
 impl Body {
+    /// Its centre of mass and rotation to the ground as given.
+    #[must_use]
+    pub fn given(&self) -> (Vector3<f64>, Matrix3<f64>) {
+        (self.position, rotation(&self.orientation))
+    }
+
     /// Its mass without what is lent, kg.
     #[must_use]
     pub fn own_mass(&self) -> f64 {

@@ -1,6 +1,10 @@
 //! Velocities before time starts.
 
+use std::collections::BTreeMap;
+
 use super::*;
+use crate::model::{Instance, mass_of_element};
+use crate::plan::poses_of_bodies;
 
 /// The velocities of least kinetic energy that meet the joints, and what the scene prescribes as far as they allow. `free` takes
 /// what is chosen so, and the largest speed that is not.
@@ -65,8 +69,8 @@ pub(super) fn velocities(
     let mut clusters = clusters(layout, &rows.rows);
     clusters.rows.extend(asked.iter().map(|(body, ..)| model.elements.len() + body));
     let (mut v, mut multipliers) = (vec![0.0; n], vec![0.0; count]);
-    let mut solve = |mass: &[f64], v: &mut [f64]| -> Result<(), LinalgError> {
-        let mut solver = SparseFirst::new(&structure, &clusters, ASSEMBLY_RANK_TOLERANCE)?;
+    let mut solve = |structure: &KktStructure, mass: &[f64], v: &mut [f64]| -> Result<(), LinalgError> {
+        let mut solver = SparseFirst::new(structure, &clusters, ASSEMBLY_RANK_TOLERANCE)?;
         solver.set_measure(&body_scales(model, length));
         solver.set_mass(mass)?;
         // The joints come first; what the scene asks for is met as far as they leave it open.
@@ -74,7 +78,20 @@ pub(super) fn velocities(
         solver.refactor(&values)?;
         solver.solve(&vec![0.0; n], &right, v, &mut multipliers)
     };
-    solve(&mass_values(model), &mut v).map_err(AnalysisError::from)?;
+    solve(&structure, &mass_values(model), &mut v).map_err(AnalysisError::from)?;
+    let uneven = uneven_metric(model.bodies.len(), length);
+    if let Some((mass, values)) = mass_with_elements(model, layout, state) {
+        // What the joints and the scene determine is the same by any mass, and keeps its digits by that of bodies.
+        let mut other = vec![0.0; n];
+        solve(&structure, &uneven, &mut other).map_err(AnalysisError::from)?;
+        if !differing(model, state, [&v, &other], length).is_empty() {
+            match solve(&KktStructure { mass, ..structure.clone() }, &values, &mut v) {
+                // Bodies are too light beside the mass of elements: what these lend them counts.
+                Err(LinalgError::NotPositiveDefinite { .. }) => {}
+                found => found.map_err(AnalysisError::from)?,
+            }
+        }
+    }
     set_velocities(state, &v);
     let mut reached = vec![0.0; count];
     for ((row, column), value) in structure.jacobian.iter().zip(&values) {
@@ -101,7 +118,7 @@ pub(super) fn velocities(
     if *given_speed > 0.0 {
         // What the joints and the scene determine does not depend on the metric.
         let mut other = vec![0.0; n];
-        solve(&uneven_metric(model.bodies.len(), length), &mut other).map_err(AnalysisError::from)?;
+        solve(&structure, &uneven, &mut other).map_err(AnalysisError::from)?;
         *chosen = differing(model, state, [&v, &other], length);
     }
     let mut misses = Vec::new();
@@ -114,6 +131,37 @@ pub(super) fn velocities(
         }
     }
     Ok(misses)
+}
+
+/// Pattern and values of the mass matrix where elements bring kinetic energy: what they lend to bodies stands for a part of it only, and they
+/// couple bodies. `None` where none does.
+fn mass_with_elements(model: &Model, layout: &Layout, state: &[f64]) -> Option<(Vec<(usize, usize)>, Vec<f64>)> {
+    if !model.elements.iter().any(Instance::brings_kinetic) {
+        return None;
+    }
+    // By column and row, as patterns are sorted.
+    let mut entries: BTreeMap<(usize, usize), f64> = BTreeMap::new();
+    for (index, body) in model.bodies.iter().enumerate() {
+        let at = 6 * index;
+        entries.extend((0..3).map(|k| ((at + k, at + k), body.own_mass())));
+        let pairs = (0..3).flat_map(|column| (column..3).map(move |row| (column, row)));
+        entries.extend(pairs.map(|(c, r)| ((at + 3 + c, at + 3 + r), body.own_inertia()[(r, c)])));
+    }
+    let (positions, rotations) = poses_of_bodies(state, layout.bodies);
+    let place = |body: usize| (positions[body], rotations[body]);
+    for (index, element) in model.elements.iter().enumerate() {
+        let states = layout.states_of(index);
+        let states = &state[BODY_STATES * layout.bodies..][states];
+        for ([body, other], part) in mass_of_element(element, &place, states) {
+            for (row, column) in (0..6).flat_map(|row| (0..6).map(move |column| (row, column))) {
+                let place = (6 * other + column, 6 * body + row);
+                if place.0 <= place.1 && part[(row, column)] != 0.0 {
+                    *entries.entry(place).or_default() += part[(row, column)];
+                }
+            }
+        }
+    }
+    Some(entries.into_iter().map(|((column, row), value)| ((row, column), value)).unzip())
 }
 
 /// A metric without masses in which every body counts differently, aligned as [`mass_values`].
