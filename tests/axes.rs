@@ -107,12 +107,14 @@ fn arm(element: &str) -> Session {
     open_text(&format!("{text}{element}"), &[])
 }
 
+/// What is said of elements that act about or along other axes than their joints.
+fn crosswise(session: &Session) -> Vec<String> {
+    let found = session.warnings.iter().filter(|warning| warning.code == codes::CROSSWISE);
+    found.map(|warning| format!("{warning:?}")).collect()
+}
+
 #[test]
 fn what_acts_about_another_axis_than_its_joint_is_warned_of() {
-    let crosswise = |session: &Session| {
-        let found = session.warnings.iter().filter(|warning| warning.code == codes::CROSSWISE);
-        found.map(|warning| format!("{warning:?}")).collect::<Vec<_>>()
-    };
     let elements = [
         ("force", "rotational-spring-damper", "params.stiffness = 2"),
         ("force", "rotational-actuator", "params.of_time = \"1\""),
@@ -154,4 +156,94 @@ fn what_acts_about_another_axis_than_its_joint_is_warned_of() {
     assert_eq!(crosswise(&mesh("[1, 0, 0]")), Vec::<String>::new());
     let found = crosswise(&mesh("[0, 0, 1]"));
     assert!(found.len() == 1 && found[0].contains("`carrier_2` is 1.57 rad off the axis of `bearing`"), "{found:?}");
+}
+
+/// Bodies on the ground, each on a joint of its own, and one more element.
+fn on_joints(joints: &[(&str, [f64; 3])], element: &str) -> Session {
+    let mut text =
+        "[plugins]\nlibraries = [\"joints\", \"forces\"]\n[simulation]\nt_end = 0.1\noutput_step = 0.1\n".to_owned();
+    for (k, (kind, axis)) in joints.iter().enumerate() {
+        text += &format!(
+            "[[body]]\nname = \"b{k}\"\nmass = 1\ninertia = [0.1, 0.1, 0.1]\n[[joint]]\nname = \"j{k}\"\ntype = \"{kind}\"\n\
+             bodies = [\"ground\", \"b{k}\"]\npoint = [0, 0, 0]\naxis = {axis:?}\n"
+        );
+    }
+    open_text(&(text + element), &[])
+}
+
+fn between(table: &str, kind: &str, bodies: [&str; 2], more: &str) -> String {
+    format!("[[{table}]]\nname = \"it\"\ntype = \"{kind}\"\nbodies = {bodies:?}\npoint = [0, 0, 0]\n{more}\n")
+}
+
+/// A table that moves in a plane: what acts along z acts along what the table is free to move in, whatever it turns about.
+#[test]
+fn what_acts_along_a_plane_is_not_crosswise() {
+    let elements = [
+        ("displacement-driver", "params.displacement = \"0.1 t^2\""),
+        ("servo-displacement", "params = { displacement = \"0.1\", frequency = 10 }"),
+        ("translational-stop", "params.upper = 0.2"),
+        ("dry-friction", "params.force = 3"),
+    ];
+    for (kind, parameters) in elements {
+        let driven = |plane: [f64; 3]| {
+            let more = format!("axis = [1, 0, 0]\n{parameters}");
+            crosswise(&on_joints(&[("planar", plane)], &between("joint", kind, ["ground", "b0"], &more)))
+        };
+        assert_eq!(driven([0.0, 0.0, 1.0]), Vec::<String>::new(), "{kind}");
+        if kind.ends_with("stop") || kind == "dry-friction" {
+            let found = driven([1.0, 0.0, 0.0]);
+            assert!(found.len() == 1 && found[0].contains("is 1.57 rad off where `j0` slides"), "{kind}: {found:?}");
+        }
+    }
+    let turning = between("joint", "dry-friction", ["ground", "b0"], "axis = [1, 0, 0]\nparams.torque = 3");
+    let found = crosswise(&on_joints(&[("planar", [0.0, 0.0, 1.0])], &turning));
+    assert!(found.len() == 1 && found[0].contains("is 1.57 rad off the axis of `j0`"), "{found:?}");
+}
+
+/// Two shafts with bearings of their own, and an element between them whose axis was forgotten.
+#[test]
+fn what_acts_about_another_axis_than_those_of_two_shafts_is_warned_of() {
+    let elements = [
+        ("joint", "freewheel", ""),
+        ("joint", "clutch", "params.torque = 5"),
+        ("joint", "dry-friction", "params.torque = 5"),
+        ("joint", "rotational-stop", "params.upper = 1"),
+        ("force", "rotational-spring-damper", "params.stiffness = 2"),
+        ("force", "rotational-actuator", "params.of_time = \"1\""),
+    ];
+    for (table, kind, parameters) in elements {
+        let said = |shafts: [[f64; 3]; 2], axis: &str| {
+            let element = between(table, kind, ["b0", "b1"], &format!("{axis}\n{parameters}"));
+            crosswise(&on_joints(&shafts.map(|axis| ("revolute", axis)), &element))
+        };
+        let found = said([X, X], "");
+        assert!(found.len() == 1 && found[0].contains("is 1.57 rad off the axis of `j0`"), "{kind}: {found:?}");
+        assert_eq!(said([X, X], "axis = [1, 0, 0]"), Vec::<String>::new(), "{kind}");
+        // One that turns about it is enough.
+        assert_eq!(said([X, [0.0, 0.0, 1.0]], ""), Vec::<String>::new(), "{kind}");
+    }
+}
+
+/// Elements that push along z across a guide can have no effect. On a lever they can, as soon as it turns.
+#[test]
+fn what_pushes_across_all_that_slides_is_warned_of() {
+    let elements = [
+        ("bump-stop", "params = { upper = 0.2, force = 100, depth = 0.01 }"),
+        ("translational-actuator", "params = { along = \"axis\", of_time = \"1\" }"),
+        ("inerter", "params = { inertance = 2, guided = true }"),
+    ];
+    for (kind, parameters) in elements {
+        let said = |joint: &str, axis: &str| {
+            let element = between("force", kind, ["ground", "b0"], &format!("{axis}\n{parameters}"));
+            crosswise(&on_joints(&[(joint, X)], &element))
+        };
+        let found = said("translational", "");
+        assert!(found.len() == 1 && found[0].contains("is 1.57 rad off where `j0` slides"), "{kind}: {found:?}");
+        for (joint, axis) in [("translational", "axis = [1, 0, 0.1]"), ("revolute", ""), ("cylindrical", "")] {
+            assert_eq!(said(joint, axis), Vec::<String>::new(), "{kind} on {joint}");
+        }
+    }
+    let spring = "[[force]]\nname = \"it\"\ntype = \"translational-spring-damper\"\nbodies = [\"ground\", \"b0\"]\n\
+                  points = [[0, 0, 1], [0, 0, 0]]\nparams = { stiffness = 3, free_length = 1 }\n";
+    assert_eq!(crosswise(&on_joints(&[("translational", X)], spring)), Vec::<String>::new());
 }

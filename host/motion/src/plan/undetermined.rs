@@ -14,8 +14,8 @@ use crate::model::{Instance, Model, Quantity, Source};
 /// Share of the change that a load of the same size in any direction causes, below which a change is round-off.
 const SHOWS: f64 = 1e-7;
 
-/// Sizes of the reactions tried, N or N m: an element may feel them beyond a limit only.
-const SIZES: [f64; 7] = [1e-3, 1.0, 1e2, 1e4, 1e6, 1e8, 1e10];
+/// Sizes of what is tried, such as reactions in N or N m: an element may feel them beyond a limit only.
+pub(super) const SIZES: [f64; 7] = [1e-3, 1.0, 1e2, 1e4, 1e6, 1e8, 1e10];
 
 /// What the reactions that rigid bodies do not determine leave open of an element.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -198,7 +198,7 @@ fn changed(instance: &Instance, rotations: &[Matrix3<f64>], direction: &[(Input,
 }
 
 /// A number between -1 and 1 that differs from input to input and from time to time.
-fn drawn(input: Input, k: usize) -> f64 {
+pub(super) fn drawn(input: Input, k: usize) -> f64 {
     let mut hasher = rustc_hash::FxHasher::default();
     std::hash::Hash::hash(&(input, k), &mut hasher);
     SplitMix64::new(std::hash::Hasher::finish(&hasher)).either_way()

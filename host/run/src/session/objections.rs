@@ -326,9 +326,9 @@ pub(super) fn crosswise_warnings(plan: &Plan, model: &Model, scene: &Scene) -> V
         let [first, second] = one.frames.map(|frame| &element.class.frames[frame].name);
         let angle = format!("{} {label}", significant(one.angle / unit, 3));
         let message = format!("`{}` acts about or along another axis than its joint", element.name);
-        let text = match one.joint {
-            Some(joint) => {
-                format!("the z axis of its frame `{first}` is {angle} off the axis of `{}`", model.elements[joint].name)
+        let text = match one.joint.map(|joint| &model.elements[joint].name) {
+            Some(joint) if one.slides => {
+                format!("the z axis of its frame `{first}` is {angle} off where `{joint}` slides")
             }
             None => format!("the z axes of its frames `{first}` and `{second}` are {angle} apart"),
         };
