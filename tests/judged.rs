@@ -487,3 +487,105 @@ fn a_strand_whose_points_meet_is_named() {
     );
     assert!((through.audit.velocity_violation_at - arrives).abs() < 1e-4, "{:?}", through.audit);
 }
+
+/// A guide whose reactions are unique, beside a door on two hinges: what round-off leaves of the door's redundant rows in the guide is no
+/// load that is open.
+#[test]
+fn friction_beside_redundant_rows_of_others_is_determined() {
+    let text = r#"
+[plugins]
+libraries = ["joints", "forces"]
+[simulation]
+gravity = [0, 0, -9.81]
+t_end = 0.1
+output_step = 0.01
+[parameters]
+a = "10 deg"
+[[body]]
+name = "creeping"
+mass = 2
+inertia = [1, 1, 1]
+position = [0, 3, 0]
+[[body]]
+name = "overhung"
+mass = 2
+inertia = [1, 1, 1]
+position = [0.1, 5, 0]
+velocity = [3, 0, 0]
+[[body]]
+name = "door"
+mass = 1
+inertia = [1, 1, 1]
+position = [0.3, 0, 0]
+[[joint]]
+name = "slope"
+type = "translational"
+bodies = ["ground", "creeping"]
+point = [0, 3, 0]
+axis = ["cos(a)", 0, "-sin(a)"]
+x_axis = [0, 1, 0]
+[[joint]]
+name = "slide"
+type = "translational"
+bodies = ["ground", "overhung"]
+point = [0, 5, 0]
+axis = [1, 0, 0]
+x_axis = [0, 1, 0]
+[[joint]]
+name = "lower"
+type = "revolute"
+bodies = ["ground", "door"]
+point = [0, 0, 0]
+axis = [0, 1, 0]
+[[joint]]
+name = "upper"
+type = "revolute"
+bodies = ["ground", "door"]
+point = [0, 1, 0]
+axis = [0, 1, 0]
+[[force]]
+name = "friction"
+type = "joint-friction"
+joints = ["slide"]
+params = { kind = "translation", mu = 0.3, transition_speed = 0.001, guide_length = 0.4 }
+"#;
+    let report = run(text, &[]);
+    assert_eq!((report.summary.status, report.exit_code()), (Status::Completed, 0), "{}", report.summary.reason);
+}
+
+/// A hinge about a slanting axis, z of its body, and the axis held once more: torques across it are open, whatever axes they are given in,
+/// and that about it is not.
+#[test]
+fn reactions_in_axes_of_a_body_are_judged_there() {
+    let mut text = r#"
+[plugins]
+libraries = ["joints"]
+[simulation]
+gravity = [0, 0, -9.81]
+t_end = 0.2
+output_step = 0.1
+[[body]]
+name = "a"
+mass = 1
+inertia = [0.1, 0.2, 0.3]
+com = [0.3, 0.1, 0.2]
+orientation = { rotation_vector = [0.3, 0.4, 0.5] }
+"#
+    .to_owned();
+    for (name, kind) in [("hinge", "revolute"), ("again", "parallel-axes")] {
+        text += &format!(
+            "[[joint]]\nname = \"{name}\"\ntype = \"{kind}\"\nbodies = [\"ground\", \"a\"]\n\
+             frames = [{{ axis = [0.41, -0.2, 0.86], x_axis = [1, 0, 0] }}, {{ axis = [0, 0, 1], x_axis = [1, 0, 0] }}]\n"
+        );
+    }
+    for (frame, component) in ["a", "ground"].into_iter().flat_map(|frame| ["x", "y", "z"].map(|k| (frame, k))) {
+        for quantity in ["reaction_force", "reaction_torque"] {
+            text += &format!(
+                "[[output]]\nname = \"{quantity}-{component}-{frame}\"\nquantity = \"{quantity}\"\nof = \"hinge\"\n\
+                 component = \"{component}\"\nframe = \"{frame}\"\n"
+            );
+        }
+    }
+    let torques = ["x-a", "y-a", "x-ground", "y-ground", "z-ground"].map(|name| format!("reaction_torque-{name}"));
+    assert_eq!(run(&text, &[]).summary.not_unique, torques);
+}

@@ -5,8 +5,9 @@ use std::ops::Range;
 
 use element_api::recording::Role;
 use nalgebra::{DMatrix, Matrix3, Vector3};
+use rustc_hash::FxHashMap;
 
-use super::axes::{Crosswise, crosswise};
+use super::axes::{Crosswise, crosswise, extend};
 use super::layout::Layout;
 use super::locked::{Locked, locked};
 use super::topology::Topology;
@@ -15,10 +16,13 @@ use crate::linalg::{
     Clusters, DenseQr, Health, KktSolver, KktStructure, LIGHT, LinalgError, NullVector, SingularValues, SparseRank,
     TRUSTED,
 };
-use crate::model::{Model, rotation};
+use crate::model::{Axes, MAGNITUDE, Model, rotation};
 
 /// Share of the largest pivot below which a constraint row counts as dependent on others at the assembled position.
 pub const RANK_TOLERANCE: f64 = 1e-9;
+
+/// Share of the largest load of redundant rows below which another one is round-off.
+const SHOWS: f64 = 1e-7;
 
 /// Below this pivot ratio at the start, elimination without pivoting is not trusted with a scene at all.
 const LEAST_HEALTH: f64 = 1e-8;
@@ -51,6 +55,16 @@ impl Reaction {
     pub fn is_unique(&self) -> bool {
         self.force.iter().chain(&self.torque).all(|unique| *unique)
     }
+}
+
+/// The directions of force and torque that are open of the load of an element's frame, ground axes, orthonormal.
+pub(super) type OpenLoads = FxHashMap<(usize, usize), [Vec<Vector3<f64>>; 2]>;
+
+/// What is open of reactions at a place, and the rotations of bodies there.
+#[derive(Debug, Clone)]
+struct OpenPlace {
+    loads: OpenLoads,
+    rotations: Vec<Matrix3<f64>>,
 }
 
 /// Centres of mass, m, and rotations body -> ground of the bodies in a working state, 13 numbers each.
@@ -122,6 +136,8 @@ pub struct Plan {
     pub locked: Vec<Locked>,
     /// Elements whose axes do not stay parallel.
     pub crosswise: Vec<Crosswise>,
+    /// Where reactions are not unique, here and at other places that were joined.
+    open: Vec<OpenPlace>,
 }
 
 impl Plan {
@@ -167,7 +183,7 @@ impl Plan {
                 RedundantRow { row, name: model.elements[element].row_name(k) }
             })
             .collect();
-        let (reactions, null_loads) = unique_reactions(model, layout, probe, &null_space);
+        let (reactions, null_loads, loads) = unique_reactions(model, layout, probe, &null_space);
         let undetermined = undetermined(model, probe.rotations, &null_loads, &reactions);
         let alike = probe.structure.metric(probe.scales);
         let independence = sparse_health(&independent_rows, &alike).map_or(0.0, |health| health.smallest_pivot_ratio);
@@ -186,6 +202,10 @@ impl Plan {
             topology,
             locked,
             crosswise: crosswise(model, layout, probe),
+            open: match loads.is_empty() {
+                true => Vec::new(),
+                false => vec![OpenPlace { loads, rotations: probe.rotations.to_vec() }],
+            },
             independent_rows,
             redundant_rows,
             mobility: layout.velocities() - health.rank - free_rotations_of_particles(model, probe),
@@ -209,6 +229,23 @@ impl Plan {
             all(&mut here.force, &there.force);
             all(&mut here.torque, &there.torque);
         }
+        self.open.extend_from_slice(&there.open);
+    }
+
+    /// Whether a component of a reaction is unique in these axes, wherever that was judged; the magnitude where all are.
+    #[must_use]
+    pub fn is_unique_in(&self, axes: Axes, element: usize, frame: usize, torque: bool, component: usize) -> bool {
+        let Axes::Body(body) = axes else {
+            return self.is_unique(element, frame, torque, Some(component).filter(|k| *k < MAGNITUDE));
+        };
+        let in_axes = |place: &OpenPlace| {
+            let Some(open) = place.loads.get(&(element, frame)).map(|open| &open[usize::from(torque)]) else {
+                return true;
+            };
+            let along = |direction: &Vector3<f64>| place.rotations[body].column(component).dot(direction).abs();
+            if component < MAGNITUDE { open.iter().all(|direction| along(direction) <= SHOWS) } else { open.is_empty() }
+        };
+        self.open.iter().all(in_axes)
     }
 
     /// Whether a component of a reaction is unique; `true` for elements without rows.
@@ -344,10 +381,10 @@ pub(super) fn unique_reactions(
     layout: &Layout,
     probe: &Probe<'_>,
     null_space: &[NullVector],
-) -> (Vec<Reaction>, Vec<NullLoads>) {
+) -> (Vec<Reaction>, Vec<NullLoads>, OpenLoads) {
     let mut taken = vec![false; model.elements.len()];
     model.elements.iter().flat_map(|element| &element.joints).for_each(|joint| taken[*joint] = true);
-    let mut null_loads = Vec::new();
+    let (mut null_loads, mut open) = (Vec::new(), OpenLoads::default());
     let mut reactions = Vec::new();
     let mut first_of = vec![0; model.elements.len()];
     for (element, instance) in model.elements.iter().enumerate() {
@@ -368,17 +405,27 @@ pub(super) fn unique_reactions(
         // Only these carry any load.
         let frames = |element: &usize| first_of[*element]..first_of[*element] + model.elements[*element].markers.len();
         let touched: Vec<usize> = elements.iter().flat_map(frames).collect();
-        let loads: Vec<(Vector3<f64>, Vector3<f64>)> =
+        let mut loads: Vec<(Vector3<f64>, Vector3<f64>)> =
             touched.iter().map(|k| null_load(model, layout, probe, &lambda, &reactions[*k])).collect();
         // The size of a load in newtons, torques taken on the scene's length.
         let size = |(f, n): &(Vector3<f64>, Vector3<f64>)| f.amax().max(n.amax() / probe.length);
         let largest = loads.iter().map(size).fold(0.0, f64::max);
-        let shows = |x: f64| x.abs() > 1e-7 * largest;
-        for (k, (force, torque)) in touched.iter().zip(&loads) {
+        let shows = |x: f64| x.abs() > SHOWS * largest;
+        for (k, (force, torque)) in touched.iter().zip(&mut loads) {
             let reaction = &mut reactions[*k];
-            for k in 0..3 {
-                reaction.force[k] &= !shows(force[k]);
-                reaction.torque[k] &= !shows(torque[k] / probe.length);
+            let parts = [(force, &mut reaction.force, 1.0), (torque, &mut reaction.torque, probe.length)];
+            for (kind, (load, unique, length)) in parts.into_iter().enumerate() {
+                for (part, unique) in load.iter_mut().zip(unique) {
+                    match shows(*part / length) {
+                        true => *unique = false,
+                        // Round-off is no load.
+                        false => *part = 0.0,
+                    }
+                }
+                if *load != Vector3::zeros() {
+                    let list = open.entry((reaction.element, reaction.frame)).or_default();
+                    extend(&mut list[kind], *load / (length * largest), SHOWS);
+                }
             }
         }
         let taken = touched.iter().zip(loads).filter(|(k, _)| taken[reactions[**k].element]);
@@ -387,7 +434,7 @@ pub(super) fn unique_reactions(
         null_loads.push(of_frames);
         vector.iter().for_each(|(row, _)| lambda[*row] = 0.0);
     }
-    (reactions, null_loads)
+    (reactions, null_loads, open)
 }
 
 /// Force and torque at a frame's origin, ground axes, that multipliers cause on the body of the frame (on ground: on all

@@ -9,7 +9,7 @@ use crate::analysis::{AnalysisError, Counters};
 use crate::catalog::fault_code;
 use crate::diagnostics::{Code, Diagnostic, codes};
 use crate::integrate::{self, IntegrateError, Outcome, StopReason};
-use crate::model::{Channel, MAGNITUDE, Quantity};
+use crate::model::{Channel, Quantity};
 use crate::plan::Plan;
 use crate::results::{Audit, ChannelInfo, LibraryUsed, Remedy, ResultsError, Status, Summary, checksum, significant};
 use crate::scene::{Dimension, OutputRecord};
@@ -67,9 +67,7 @@ impl Session {
     pub(super) fn is_unique(&self, channel: &Channel, plan: &Plan) -> bool {
         match &channel.quantity {
             Quantity::Load { element, frame, torque, axes, component } => {
-                let component =
-                    matches!(axes, crate::model::Axes::Ground).then_some(*component).filter(|k| *k < MAGNITUDE);
-                plan.is_unique(*element, *frame, *torque, component)
+                plan.is_unique_in(*axes, *element, *frame, *torque, *component)
             }
             Quantity::Value { element, channel } => {
                 !plan.undetermined.iter().any(|open| open.element == *element && open.channels[*channel])
