@@ -6,8 +6,22 @@ use std::thread;
 
 use super::common::{ReadTable, Tables};
 use super::opened::Session;
+use crate::diagnostics::{Diagnostic, codes};
 use crate::results::{Check, CheckResult, Expected};
-use crate::scene::{Formula, Reference};
+use crate::scene::{CheckRecord, Formula, Reference, Scene};
+
+/// The tables of checks that are not there, before a run that would have nothing to be compared with at its end.
+pub(super) fn missing_tables(scene: &Scene) -> Vec<Diagnostic> {
+    let missing = |record: &CheckRecord| {
+        let Reference::Csv { path, .. } = &record.reference else { return None };
+        let error = scene.source.beside(&path.value).metadata().err()?;
+        let message =
+            format!("cannot read `{}`, which the check `{}` compares with", path.value.display(), record.name.value);
+        let diagnostic = Diagnostic::warning(codes::BAD_TABLE_FILE, message).at(path.span.clone(), error.to_string());
+        Some(diagnostic.help("the path is relative to the folder of the scene; a run without it computes everything, and the check fails"))
+    };
+    scene.checks.iter().filter_map(missing).collect()
+}
 
 impl Session {
     /// Begins to read what the checks compare with on another thread, so that it is there at the end of the run.

@@ -4,6 +4,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use super::checkpoint::Origin;
+use super::checks::missing_tables;
 use super::decide::decide;
 use super::error::SessionError;
 use super::libraries::load_libraries;
@@ -177,6 +178,7 @@ impl Session {
         let mut at_start = decide(&scene, &model, &equations, &layout, (t, &assembly), pruning.row_choice)?;
         let blind = blind(&equations, at_start.redundant_rows.iter().map(|row| row.row));
         let chooses = pruning.row_choice && !blind;
+        warnings.extend(missing_tables(&scene));
         if blind {
             at_start = decide(&scene, &model, &equations, &layout, (t, &assembly), false)?;
         }

@@ -57,6 +57,8 @@ fn a_table_that_cannot_be_read_fails_the_check_and_keeps_the_run() {
     assert_eq!(report.columns[0].len(), 9);
     assert_eq!(report.exit_code(), Exit::Audit as i32);
     assert!(found(&report, "x").problem.as_ref().is_some_and(|problem| problem.contains("no-such-file.csv")));
+    let warned = &report.summary.warnings;
+    assert!(warned.len() == 1 && warned[0].starts_with("ODY0120: cannot read `no-such-file.csv`"), "{warned:?}");
 }
 
 #[test]
