@@ -409,6 +409,9 @@ fn ends_before_the_end_have_their_exit_codes() {
     };
     let stopped = exit_of(&["simulation.max_steps=1", "simulation.max_step=0.01"]);
     assert_eq!((stopped.exit_code(), stopped.summary.code), (6, Some(codes::TOO_MANY_STEPS)));
+    assert!(stopped.summary.reason.contains("raise `max_steps`"), "{}", stopped.summary.reason);
+    let stiff = exit_of(&["simulation.max_steps=300", "simulation.t_end=1000", "spring.params.damping=\"1e6 N s/m\""]);
+    assert!(stiff.summary.reason.contains("`--method auto` takes few"), "{}", stiff.summary.reason);
     // A spring whose ends fall together has no direction.
     let directionless = exit_of(&["spring.frames=[{},{position=[-0.25,0,0]}]"]);
     assert_eq!((directionless.exit_code(), directionless.summary.code), (6, Some(codes::MOTION_NOT_FINITE)));
@@ -417,6 +420,27 @@ fn ends_before_the_end_have_their_exit_codes() {
     assert!(said.contains("not a finite number"), "{said}");
     assert_eq!(exit_of(&["simulation.audit_tolerance=1e-300"]).exit_code(), Exit::Audit as i32);
     assert_eq!(exit_of(&[]).exit_code(), 0);
+}
+
+/// What is wrong with an element's numbers is said at the element.
+#[test]
+fn numbers_that_cannot_be_computed_with_are_named_at_their_element() {
+    let said = |element: &str| {
+        let written = write(&case("more", &[], Scene, &[]));
+        let text = format!("{}\n{element}\n", std::fs::read_to_string(&written.scene).unwrap());
+        std::fs::write(&written.scene, text.replace("\"forces\"]", "\"forces\", \"controls\"]")).unwrap();
+        fail(&written, &[]).expect_err("it cannot be computed").render(false)
+    };
+    let driver = "[[joint]]\nname = \"drive\"\ntype = \"rotation-driver\"\nbodies = [\"ground\", \"rod\"]\npoint = [0, 0, 0]\n\
+                  params.angle = \"1/t\"";
+    assert!(said(driver).contains("look at `angle = \"1/t\"`"), "{}", said(driver));
+    let filter = "[[control]]\nname = \"filter\"\ntype = \"digital-filter\"\ninputs.signal = \"angle\"\n\
+                  params = { numerator = [1], denominator = [1], period = 1e-9 }";
+    assert!(said(filter).contains("`filter` samples 1.0e8 times"), "{}", said(filter));
+    let rub = "[[force]]\nname = \"rub\"\ntype = \"joint-friction\"\njoints = [\"pivot\"]\n\
+               params = { kind = \"rotation\", mu = 300, radius = 0.2, transition_speed = 1e-4 }";
+    let rub = said(&format!("{rub}\n[[body]]\nname = \"stone\"\nmass = 1\ninertia = [1, 1, 1]"));
+    assert!(rub.contains("`rub` with mu = 300"), "{rub}");
 }
 
 /// A run that cannot begin does not leave a folder in which it seems to run for ever.

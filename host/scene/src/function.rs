@@ -338,12 +338,20 @@ impl Translator<'_> {
             return Ok(());
         }
         let label = self.scope.units.label(Dimension::ANGLE);
+        let Wanted { variable, argument, value } = self.wanted;
+        let unit = |dimension| self.scope.units.label(dimension);
+        let example = match (value.angle != 0, value.is_number()) {
+            (false, false) => format!("1 {} * sin({variable})", unit(value)),
+            (false, true) => format!("sin({variable} + 0 {label})"),
+            (true, _) if argument.is_number() => format!("atan({variable}) + 0 rad"),
+            (true, _) => format!("atan({variable} / 1 {})", unit(argument)),
+        };
         Err(ExpressionError::new(
             codes::NEEDS_UNIT,
             range.clone(),
             format!("this angle could be meant in radians or in {label}"),
         )
-        .advise("give the expression units, as in `1 N * sin(phi)`: then angles convert"))
+        .advise(format!("give the expression units, as in `{example}`: then angles convert")))
     }
 }
 

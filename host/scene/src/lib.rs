@@ -237,10 +237,12 @@ impl Document {
             let good = error.utf8_error().valid_up_to();
             let line = error.as_bytes()[..good].iter().filter(|b| **b == b'\n').count() + 1;
             let message = format!("`{name}` is not UTF-8 text, line {line} has other bytes");
-            unreadable(
-                message,
-                "save it as UTF-8 (`iconv -f latin1 -t utf8`, or the encoding that your editor shows)".into(),
-            )
+            let from = match error.as_bytes() {
+                [0xff, 0xfe, ..] | [0xfe, 0xff, ..] => "utf16",
+                _ => "latin1",
+            };
+            let help = format!("save it as UTF-8 (`iconv -f {from} -t utf8`, or the encoding that your editor shows)");
+            unreadable(message, help)
         })?;
         Self::parse(Source::new(name, text))
     }

@@ -6,6 +6,7 @@ use super::parameters::Parameters;
 use super::quantity::{Names, Quantity, advice, evaluate};
 use super::raw::{RawKind, RawTable, RawValue, Spanned};
 use super::unit_system::UnitSystem;
+use super::{bodies, elements, inputs, outputs, settings, verification};
 use odyn_diagnostics::{Diagnostic, Source, codes, help_for};
 use std::collections::HashMap;
 use std::ops::Range;
@@ -112,6 +113,24 @@ pub(super) fn unusable(name: &str, span: Range<usize>) -> Diagnostic {
     Diagnostic::error(codes::BAD_NAME, message).at(span, "")
 }
 
+/// Where a key belongs that stands in a table which has none of its name.
+fn home_of(key: &str) -> Option<String> {
+    let tables: [(&str, &[&str]); 8] = [
+        ("[plugins]", settings::PLUGIN_KEYS),
+        ("[simulation]", settings::SIMULATION_KEYS),
+        ("[[body]]", bodies::KEYS),
+        ("[[joint]]`, `[[force]]` and `[[control]]", elements::KEYS),
+        ("[[input]]", inputs::KEYS),
+        ("[[output]]", outputs::OUTPUT_KEYS),
+        ("[[figure]]", outputs::FIGURE_KEYS),
+        ("[[check]]", verification::CHECK_KEYS),
+    ];
+    let mut homes = tables.into_iter().filter(|(_, keys)| keys.contains(&key)).map(|(table, _)| table);
+    // Of what stands in several tables there is nothing to tell.
+    let home = homes.next().filter(|_| homes.next().is_none())?;
+    Some(format!("`{key}` is a key of `{home}`"))
+}
+
 /// A table with the words messages call it by.
 #[derive(Clone)]
 pub(super) struct Record<'t> {
@@ -143,7 +162,7 @@ impl Reader<'_> {
             self.diagnostics.push(
                 Diagnostic::error(codes::UNKNOWN_KEY, message)
                     .at(key.span.clone(), "")
-                    .help_if(help_for(&key.value, known, "keys")),
+                    .help_if(home_of(&key.value).or_else(|| help_for(&key.value, known, "keys"))),
             );
         }
     }

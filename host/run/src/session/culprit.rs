@@ -7,6 +7,7 @@ use crate::integrate::{IntegrateError, Status, StopReason};
 use crate::model::Body;
 use crate::program::{Equations, Expr, Node, Program};
 use crate::results::significant;
+use crate::scene::ElementRecord;
 use element_api::descriptor::Kind;
 
 /// Ratio of masses from which on they are named where a run ends.
@@ -32,7 +33,8 @@ impl Session {
         let (one, _) = not_finite.min_by_key(|(one, _)| (one.node, takes(one.element)))?;
         let instance = &self.model.elements[one.element];
         let operation = self.first_not_finite(one.node, inputs).map_or_else(String::new, |text| format!(" ({text})"));
-        let functions = self.functions_of(&instance.name);
+        let record = self.scene.elements.iter().find(|record| record.name.value == instance.name);
+        let functions = record.map(functions_of).unwrap_or_default();
         let look = if functions.is_empty() { String::new() } else { format!("; look at {}", functions.join(", ")) };
         let text = format!("{} of `{}` is not a finite number{operation}{look}", one.what, instance.name);
         Some(match self.points_together(one.element, inputs) {
@@ -132,19 +134,16 @@ impl Session {
             _ => return None,
         })
     }
+}
 
-    /// The functions that a scene gives an element, as written.
-    fn functions_of(&self, name: &str) -> Vec<String> {
-        let Some(record) = self.scene.elements.iter().find(|record| record.name.value == name) else {
-            return Vec::new();
-        };
-        let texts = record.params.entries.iter().filter_map(|(key, value)| {
-            let text = value.as_text()?;
-            // Numbers with units and names of choices have no arguments or operations.
-            text.contains(['(', '/', '^']).then(|| format!("`{} = {text:?}`", key.value))
-        });
-        texts.collect()
-    }
+/// The functions that a scene gives an element, as written.
+pub(super) fn functions_of(record: &ElementRecord) -> Vec<String> {
+    let texts = record.params.entries.iter().filter_map(|(key, value)| {
+        let text = value.as_text()?;
+        // Numbers with units and names of choices have no arguments or operations.
+        text.contains(['(', '/', '^']).then(|| format!("`{} = {text:?}`", key.value))
+    });
+    texts.collect()
 }
 
 impl Run<'_> {

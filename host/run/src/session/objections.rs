@@ -1,5 +1,6 @@
 //! What is wrong with the start of a scene, or worth a warning.
 
+use super::culprit::functions_of;
 use super::error::SessionError;
 use super::options::tolerance;
 use crate::analysis::{Assembly, AssemblyError, Gap, Move};
@@ -35,6 +36,10 @@ fn undefined(joint: &str, row: &str, scene: &Scene) -> SessionError {
     let mut diagnostic = Diagnostic::error(codes::CANNOT_ASSEMBLE, message);
     if let Some(record) = scene.elements.iter().find(|record| record.name.value == joint) {
         diagnostic = diagnostic.at(record.name.span.clone(), format!("row `{row}` or its derivative is not finite"));
+        let functions = functions_of(record);
+        if !functions.is_empty() {
+            diagnostic = diagnostic.help(format!("look at {}", functions.join(", ")));
+        }
         let kind = &record.type_name.value;
         diagnostic = diagnostic.help(format!("`odyn elements describe {kind}` says where it is singular"));
     }
@@ -330,6 +335,7 @@ pub(super) fn crosswise_warnings(plan: &Plan, model: &Model, scene: &Scene) -> V
             Some(joint) if one.slides => {
                 format!("the z axis of its frame `{first}` is {angle} off where `{joint}` slides")
             }
+            Some(joint) => format!("the z axis of its frame `{first}` is {angle} off the axis of `{joint}`"),
             None => format!("the z axes of its frames `{first}` and `{second}` are {angle} apart"),
         };
         Diagnostic::warning(codes::CROSSWISE, message)
@@ -350,7 +356,7 @@ fn joints_named<'a>(names: impl ExactSizeIterator<Item = &'a str>) -> String {
 }
 
 /// Where an element's name is written.
-fn place_of_element(scene: &Scene, name: &str) -> std::ops::Range<usize> {
+pub(super) fn place_of_element(scene: &Scene, name: &str) -> std::ops::Range<usize> {
     let record = scene.elements.iter().find(|record| record.name.value == name);
     record.map_or(0..0, |record| record.name.span.clone())
 }

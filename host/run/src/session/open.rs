@@ -10,8 +10,8 @@ use super::error::SessionError;
 use super::libraries::load_libraries;
 use super::modes::blind;
 use super::objections::{
-    assembly_error, assembly_warnings, crosswise_warnings, distance_warning, locked_warnings, reaction_warnings,
-    refuse_solved_limit, time_warning,
+    assembly_error, assembly_warnings, crosswise_warnings, distance_warning, locked_warnings, place_of_element,
+    reaction_warnings, refuse_solved_limit, time_warning,
 };
 use super::opened::{Beginning, Session};
 use super::options::{ISLANDS, RunOptions, STARTS, one_of};
@@ -36,6 +36,8 @@ const MANY: usize = 500;
 const LARGE: usize = 100_000;
 /// Numbers that results may have, all columns together: they stay in memory during the run, 8 bytes each.
 const MOST_NUMBERS: usize = 100_000_000;
+/// Times that an element may sample in a run.
+const MOST_SAMPLINGS: f64 = 1e7;
 
 impl Session {
     /// Reads a scene file and prepares everything.
@@ -149,6 +151,7 @@ impl Session {
             model.channels.extend(further(&model));
         }
         refuse_endless_results(&scene, &model)?;
+        refuse_endless_sampling(&scene, &model)?;
         let load_time = started.elapsed().as_secs_f64();
         let compiling = Instant::now();
         let layout = Layout::new(&model);
@@ -175,10 +178,10 @@ impl Session {
         warnings.extend(super::started::warning(&assembly, &scene));
         warnings.extend(distance_warning(&assembly, &scene, &model));
         warnings.extend(time_warning(&scene));
+        warnings.extend(missing_tables(&scene));
         let mut at_start = decide(&scene, &model, &equations, &layout, (t, &assembly), pruning.row_choice)?;
         let blind = blind(&equations, at_start.redundant_rows.iter().map(|row| row.row));
         let chooses = pruning.row_choice && !blind;
-        warnings.extend(missing_tables(&scene));
         if blind {
             at_start = decide(&scene, &model, &equations, &layout, (t, &assembly), false)?;
         }
@@ -271,4 +274,22 @@ fn refuse_endless_results(scene: &Scene, model: &Model) -> Result<(), SessionErr
     let diagnostic =
         Diagnostic::error(codes::OUT_OF_RANGE, message).help("give a longer `output_step`, or fewer outputs");
     Err(SessionError::one(&scene.source, diagnostic))
+}
+
+/// Elements that sample more often than any run takes steps: each sample ends one.
+fn refuse_endless_sampling(scene: &Scene, model: &Model) -> Result<(), SessionError> {
+    let length = scene.simulation.t_end - scene.simulation.t_start;
+    for element in &model.elements {
+        let Some(number) = element.recording.sample_period().map(|period| length / period) else { continue };
+        if number <= MOST_SAMPLINGS {
+            continue;
+        }
+        let message =
+            format!("`{}` samples {number:.1e} times, at most {MOST_SAMPLINGS:.0e} are possible", element.name);
+        let place = place_of_element(scene, &element.name);
+        let diagnostic =
+            Diagnostic::error(codes::OUT_OF_RANGE, message).at(place, "its period is too short for the run");
+        return Err(SessionError::one(&scene.source, diagnostic.help("give it a longer period; check its unit")));
+    }
+    Ok(())
 }

@@ -1,5 +1,7 @@
 //! The summary of a run: what is known before it, what was done, and how it ended.
 
+use std::ops::Range;
+
 use super::checkpoint::Carried;
 use super::error::{SessionError, start_error};
 use super::opened::Session;
@@ -12,7 +14,10 @@ use crate::integrate::{self, IntegrateError, Outcome, StopReason};
 use crate::model::{Channel, Quantity};
 use crate::plan::Plan;
 use crate::results::{Audit, ChannelInfo, LibraryUsed, Remedy, ResultsError, Status, Summary, checksum, significant};
-use crate::scene::{Dimension, OutputRecord};
+use crate::scene::{Dimension, ElementKind, ElementRecord, OutputRecord};
+
+/// Elements that are named where several may be the cause.
+const MOST_NAMED: usize = 6;
 
 /// What an integration leaves behind.
 pub(super) struct Ended {
@@ -193,6 +198,15 @@ impl Session {
                         {
                             summary.reason.push_str(&masses);
                         }
+                        if summary.code == Some(codes::TOO_MANY_STEPS) {
+                            let remedy = match summary.stiff_from.filter(|_| summary.method != "auto") {
+                                Some(_) => "; stability limits the steps, not accuracy: `--method auto` takes few",
+                                None => {
+                                    "; raise `max_steps` if the motion is that fast, or look for the element that makes it so"
+                                }
+                            };
+                            summary.reason.push_str(remedy);
+                        }
                     }
                 }
                 None
@@ -227,10 +241,35 @@ impl Session {
 
     /// The motion cannot start at this time, s: by the fault of an element, or of its equations.
     pub(super) fn cannot_start(&self, error: AnalysisError, t: f64) -> SessionError {
-        let general = start_error(&self.scene, &error);
+        let mut general = start_error(&self.scene, &error);
+        if let (AnalysisError::NoCommonSolution, Some((place, help))) = (&error, self.reaction_takers()) {
+            general.diagnostics =
+                general.diagnostics.into_iter().map(|one| one.at(place.clone(), "").help(help.clone())).collect();
+        }
         let error = IntegrateError::System { t, cause: Box::new(error) };
         let fault = self.element_fault(&error).or_else(|| self.particle_fault(&error));
         fault.map_or(general, |diagnostic| SessionError::one(&self.scene.source, diagnostic).of_integration())
+    }
+
+    /// Forces that take reactions of joints: where the first stands, and all of them with their coefficients of friction.
+    fn reaction_takers(&self) -> Option<(Range<usize>, String)> {
+        let forces =
+            self.scene.elements.iter().filter(|record| record.kind == ElementKind::Force && !record.joints.is_empty());
+        let first = forces.clone().next()?;
+        let named = |record: &ElementRecord| {
+            let mu = record.params.entries.iter().find(|(key, _)| key.value == "mu");
+            let mu = mu.and_then(|(_, value)| self.scene.source.slice(value.span.clone()));
+            let mu = mu.map_or_else(String::new, |mu| format!(" with mu = {mu}"));
+            format!("`{}`{mu}", record.name.value)
+        };
+        let names: Vec<String> = forces.take(MOST_NAMED).map(named).collect();
+        Some((
+            first.name.span.clone(),
+            format!(
+                "what depends on reactions: {}; look whether the friction is meant to be so large",
+                names.join(", ")
+            ),
+        ))
     }
 
     /// A particle that was made to turn, or a thin rod about its axis.

@@ -202,6 +202,9 @@ fn plain_angles_that_are_not_radians_are_refused_where_they_could_be_either() {
         assert_eq!(error("angle = \"deg\"", text, argument, value).code, codes::NEEDS_UNIT, "{text}");
         at("", text, argument, value, 0.1);
     }
+    let help = |text: &str, argument, value| error("angle = \"deg\"\nlength = \"mm\"", text, argument, value).help;
+    assert!(help("sin(x)", angle, Dimension::LENGTH)[0].contains("`1 mm * sin(x)`"));
+    assert!(help("sin(x)", angle, Dimension::DIMENSIONLESS)[0].contains("`sin(x + 0 deg)`"));
     // Unmistakable: a multiple of the angle, and a force of the plain number that `atan` gives.
     assert!(near(at("angle = \"deg\"", "2 x", angle, angle, 0.1), 0.2));
     assert!(near(at("angle = \"deg\"", "2 atan(t)", Dimension::TIME, force, 1.0), PI / 2.0));

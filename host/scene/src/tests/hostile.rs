@@ -140,6 +140,8 @@ fn files_that_cannot_be_read_are_named() {
     let rejected = read(&binary, &[]).expect_err("not UTF-8");
     assert_eq!(rejected.codes(), [codes::UNREADABLE]);
     assert!(rejected.diagnostics[0].message.contains("line 2"));
+    std::fs::write(&binary, b"\xff\xfet\0").expect("a file for the test");
+    assert!(read(&binary, &[]).expect_err("UTF-16").rendered().contains("iconv -f utf16"));
     assert!(read(&folder, &[]).is_err());
     let endless = folder.join("endless.toml");
     let file = std::fs::File::create(&endless).and_then(|file| file.set_len(1 << 34));
