@@ -237,6 +237,15 @@ fn each(
         );
         return Vec::new();
     }
+    let bodies = record.table.get("bodies").and_then(RawValue::as_array).map_or(0, <[_]>::len);
+    if items.len() == 1 && bodies > 1 {
+        let message = format!("{} has 1 of `{many}` for {bodies} bodies", record.what);
+        reader.diagnostics.push(
+            Diagnostic::error(codes::BAD_PLACEMENT, message)
+                .at(raw.span.clone(), format!("give {bodies}, one per body"))
+                .help(format!("`{one}` is the key of one vector for all frames")),
+        );
+    }
     items.iter().filter_map(|item| read(item, many, reader)).collect()
 }
 

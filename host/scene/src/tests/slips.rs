@@ -51,3 +51,29 @@ fn every_slip_has_its_remedy() {
         assert!(found.iter().any(|help| help.contains(remedy)), "{line}: {found:?}");
     }
 }
+
+#[test]
+fn a_key_that_stands_in_another_table_is_sent_there() {
+    let help = |text: &str| reject(text).diagnostics.into_iter().flat_map(|one| one.help).collect::<Vec<_>>();
+    assert_eq!(help(&format!("gravity = [0, 0, -9.81]\n{SIMULATION}")), ["`gravity` is a key of `[simulation]`"]);
+    assert_eq!(help(&format!("{SIMULATION}\nlibraries = [\"joints\"]\n")), ["`libraries` is a key of `[plugins]`"]);
+    assert_eq!(
+        remedies("mass = 1\ninertia = [1, 1, 1]\ntolerance = 1e-6")[0].matches("`tolerance` is a key of").count(),
+        0
+    );
+    assert_eq!(remedies("mass = 1\ninertia = [1, 1, 1]\nt_end = 1"), ["`t_end` is a key of `[simulation]`"]);
+}
+
+#[test]
+fn one_point_in_a_list_is_none_for_two_bodies() {
+    let text = |points: &str| {
+        format!("{SIMULATION}\n[[force]]\nname = \"f\"\ntype = \"spring\"\nbodies = [\"ground\", \"a\"]\n{points}\n")
+    };
+    for (many, one) in [("points", "point"), ("axes", "axis"), ("x_axes", "x_axis")] {
+        let rejected = reject(&text(&format!("{many} = [[0, 1, 0]]")));
+        assert_eq!(rejected.codes(), [codes::BAD_PLACEMENT], "{many}");
+        assert!(rejected.rendered().contains(&format!("`{one}` is the key of one vector for all frames")));
+        accept(&text(&format!("{many} = [[0, 1, 0], [0, 1, 0]]")));
+        accept(&text(&format!("{one} = [0, 1, 0]")));
+    }
+}
