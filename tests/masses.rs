@@ -439,3 +439,37 @@ fn modes_do_not_depend_on_units_of_length_and_mass() {
         }
     }
 }
+
+#[test]
+fn moments_of_inertia_of_what_cannot_turn_change_nothing() {
+    // A stiffening spring between two slides, the second on the first, which swing by a billionth of a metre.
+    let text = |inertia: &str| {
+        let body = |name: &str, at: &str| {
+            format!("[[body]]\nname = \"{name}\"\nmass = 1\ninertia = {inertia}\nposition = {at}\n")
+        };
+        let slide = |on: &str, name: &str, at: &str| {
+            format!(
+                "[[joint]]\nname = \"{name}_rail\"\ntype = \"translational\"\nbodies = [\"{on}\", \"{name}\"]\npoint = {at}\naxis = [1, 0, 0]\n\
+                 [[force]]\nname = \"{name}_spring\"\ntype = \"translational-actuator\"\nbodies = [\"{on}\", \"{name}\"]\n\
+                 points = [[0, 0, 0], {at}]\naxis = [1, 0, 0]\nparams = {{ along = \"axis\", of_length = \"-l - 1e18 * l^3\" }}\n\
+                 [[output]]\nname = \"{name}\"\nquantity = \"position\"\nof = \"{name}\"\ncomponent = \"x\"\n"
+            )
+        };
+        let [first, second] = ["[1e-9, 0, 0]", "[2e-9, 0, 0]"];
+        "[plugins]\nlibraries = [\"joints\", \"forces\"]\n[simulation]\nt_end = 20\noutput_step = 0.5\ntolerance = 1e-6\n".to_owned()
+            + &[body("first", first), body("second", second), slide("ground", "first", first), slide("first", "second", second)].concat()
+    };
+    let scratch = Scratch::new();
+    let run = |inertia: &str, sets: &[&str]| {
+        let session = Session::open(&scratch.file("scene.toml", text(inertia)), &options(sets, &[])).unwrap();
+        session.run(None, Box::new(|_| ()), &Default::default()).unwrap()
+    };
+    let exact = run("[1e-20, 1e-20, 1e-20]", &["simulation.tolerance=1e-11"]);
+    for formulation in ["joint", "cartesian"] {
+        let found = run("[1, 1, 1]", &[&format!("simulation.formulation={formulation}")]);
+        for (found, exact) in found.columns.iter().zip(&exact.columns) {
+            let apart = found.iter().zip(exact).fold(0.0_f64, |most, (a, b)| most.max((a - b).abs()));
+            assert!(apart < 1e-4 * 1e-9, "{formulation} {apart:e}");
+        }
+    }
+}

@@ -15,6 +15,7 @@ use super::constraints::{Constraints, mass_values};
 use super::formulation::AnalysisError;
 use super::motion::move_body;
 use super::scales::{AT_REST, CONTRADICTION, Scales};
+use super::turning::turning;
 use super::unknowns::{Unknowns, unknown_name};
 use super::working::{BODY_STATES, clusters};
 use crate::linalg::{KktSolver, KktStructure, LIGHT, LinalgError, SparseFirst};
@@ -222,7 +223,14 @@ pub fn assemble_from(
     layout.write_discrete(&mut inputs, &references, &discrete);
     unknowns.solve(&mut inputs, model, false)?;
     take_unknowns(layout, &inputs, &mut state);
-    let mut scales = Scales { length: scales.length, ..Scales::new(model, &state) };
+    let sizes = scales;
+    let mut scales = Scales { length: sizes.length, extent: sizes.length, ..Scales::new(model, &state) };
+    if Scales::where_turn(model, &given, |_| false).length != sizes.length {
+        let mut rows = Constraints::of_positions(equations)?;
+        evaluate(&mut rows, model, layout, t, &state, &mut inputs, sizes.length)?;
+        let turning = turning(model, layout, &rows, sizes.length);
+        scales.without_still(&Scales::where_turn(model, &given, |body| turning[body]));
+    }
     scales.grow(&state, layout.bodies);
     Ok(Assembly {
         working: state,

@@ -31,7 +31,7 @@
 //! | `linearisation.rs` | exact derivatives of a formulation's rates |
 //! | `unknowns.rs` | values of internal unknowns at the start, and where a search goes |
 //! | `local.rs` | the equations at one state, with all their derivatives; what rows leave free |
-//! | `scales.rs` | lengths and speeds typical of a scene |
+//! | `scales.rs`, `turning.rs` | lengths and speeds typical of a scene; which bodies can turn |
 
 mod assembly;
 mod balance;
@@ -61,6 +61,7 @@ mod precise_state;
 mod reference;
 mod scales;
 mod solved;
+mod turning;
 mod unknowns;
 mod working;
 

@@ -6,6 +6,9 @@ use crate::model::Model;
 /// they contradict each other. In a sound scene they are off by round-off.
 pub const CONTRADICTION: f64 = 1e-6;
 
+/// Share of a scene's size below which an extent is round-off of places that are one.
+const NO_EXTENT: f64 = 1e-12;
+
 /// Moves in the whole time of a simulation that are none, in radians or lengths of the scene.
 pub(super) const AT_REST: f64 = 1e-6;
 
@@ -14,6 +17,10 @@ pub(super) const AT_REST: f64 = 1e-6;
 pub struct Scales {
     /// Size of the scene, m.
     pub length: f64,
+    /// The same without the radii of gyration of bodies that cannot turn, m.
+    pub extent: f64,
+    /// Largest distance of a centre of mass from where a run began, so far, m; zero where `extent` is the size.
+    pub way: f64,
     /// Largest distance of a centre of mass or marker from the origin of the ground frame, m: positions have its round-off.
     pub far: f64,
     /// Largest speed of a centre of mass so far, m/s.
@@ -29,6 +36,13 @@ impl Scales {
     /// where that is larger. `working` is the assembled state.
     #[must_use]
     pub fn new(model: &Model, working: &[f64]) -> Self {
+        let found = Self::where_turn(model, working, |_| true);
+        let length = if found.length > 0.0 { found.length } else { 1.0 };
+        Self { length, extent: length, ..found }
+    }
+
+    /// The same where only some bodies count by their radii of gyration; there may be no length.
+    pub(super) fn where_turn(model: &Model, working: &[f64], turns: impl Fn(usize) -> bool) -> Self {
         let mut points = Vec::new();
         let mut length = 0.0_f64;
         let pose = |body: usize| {
@@ -38,7 +52,7 @@ impl Scales {
         for (index, body) in model.bodies.iter().enumerate() {
             points.push(pose(index).0);
             // The inertia that stands in for that of a particle says nothing of its size.
-            if !body.particle {
+            if !body.particle && turns(index) {
                 length = length.max((body.inertia.trace() / body.mass).sqrt());
             }
         }
@@ -57,7 +71,14 @@ impl Scales {
             length = length.max((high - low).norm());
         }
         let far = points.iter().map(nalgebra::Vector3::norm).fold(0.0, f64::max);
-        Self { length: if length > 0.0 { length } else { 1.0 }, far, speed: 0.0, spin: 0.0, energy: 0.0 }
+        Self { length, extent: length, way: 0.0, far, speed: 0.0, spin: 0.0, energy: 0.0 }
+    }
+
+    /// Takes note of the size without what cannot turn, unless nothing is left of it.
+    pub(super) fn without_still(&mut self, others: &Self) {
+        if others.length > NO_EXTENT * self.length {
+            self.extent = others.length.min(self.length);
+        }
     }
 
     /// Takes in the velocities of a working state.
@@ -87,7 +108,7 @@ impl Scales {
     pub fn anticipate(&mut self, accelerations: &[f64]) {
         let norm = |v: &[f64]| (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).sqrt();
         for a in accelerations.chunks_exact(6) {
-            self.speed = self.speed.max((norm(&a[..3]) * self.length).sqrt());
+            self.speed = self.speed.max((norm(&a[..3]) * self.length_scale()).sqrt());
             self.spin = self.spin.max(norm(&a[3..]).sqrt());
         }
     }
@@ -103,17 +124,26 @@ impl Scales {
     /// The slowest motion that counts in a time (s), m/s.
     #[must_use]
     pub fn rest_speed(&self, duration: f64) -> f64 {
-        let slowest = AT_REST / duration * self.length;
+        let slowest = AT_REST / duration * self.length_scale();
         if slowest.is_finite() { slowest } else { 0.0 }
     }
 
     /// Takes in the sizes of other parts of the same scene.
     pub fn widen(&mut self, other: &Self) {
         self.length = self.length.max(other.length);
+        self.extent = self.extent.max(other.extent);
+        self.way = self.way.max(other.way);
         self.far = self.far.max(other.far);
         self.speed = self.speed.max(other.speed);
         self.spin = self.spin.max(other.spin);
         self.energy = self.energy.max(other.energy);
+    }
+
+    /// Length to compare errors of positions with, m. A body that cannot turn is no larger for them than its way, whatever its moments of
+    /// inertia.
+    #[must_use]
+    pub fn length_scale(&self) -> f64 {
+        self.extent.max(self.way.min(self.length))
     }
 
     /// Speed to compare velocity errors with, m/s: never below a thousandth of what the rotation alone would give.

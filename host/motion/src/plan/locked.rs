@@ -101,7 +101,7 @@ pub(super) fn locked(model: &Model, layout: &Layout, probe: &Probe<'_>, redundan
 }
 
 /// Whether a joint's rows are the same at all times.
-fn holds_always(element: &Instance) -> bool {
+pub(crate) fn holds_always(element: &Instance) -> bool {
     let gives_way = |role: &Role| matches!(role, Role::Unilateral(_) | Role::Limit(_) | Role::SticksWith(_));
     let recording = &element.recording;
     let of_time = || operations_behind(recording, rows(recording)).iter().any(|(_, op)| *op == Op::Input(Input::Time));

@@ -25,6 +25,7 @@ pub use coordinates::{Coordinates, Line, Measure, Rotation, body_scales};
 pub use decide::{Plan, Probe, Reaction, RedundantRow, close_to_dependent, poses_of_bodies};
 pub use glyph::Place;
 pub use layout::{BODY_SLOTS, Layout};
+pub(crate) use locked::holds_always;
 pub use locked::{Askew, Locked};
 pub use pruning::{Pruning, SAVINGS};
 pub use topology::{Island, Topology};

@@ -106,6 +106,9 @@ pub(super) struct Work {
 pub struct Carried {
     /// Length, speed, spin, energy that errors are shares of.
     pub(super) scales: [f64; 4],
+    /// Way of bodies that cannot turn, m; zero where it does not count.
+    #[serde(default)]
+    pub(super) way: f64,
     /// The same for each element state.
     pub(super) state_sizes: Vec<f64>,
     /// Size of the next step, s; the method chooses where it is not known.

@@ -119,6 +119,8 @@ pub(super) struct Simulation<'a> {
     layout: Layout,
     tolerance: f64,
     scales: Scales,
+    /// The state at the start, where the way from there counts; empty elsewhere.
+    began: Vec<f64>,
     /// What errors of the states of elements are compared with.
     state_sizes: StateSizes,
     /// What of them is round-off.
@@ -280,6 +282,7 @@ impl<'a> Simulation<'a> {
             formulation,
             tolerance,
             scales: assembly.scales,
+            began: Vec::new(),
             state_sizes: StateSizes::new(model, layout),
             floor: Floor::new(equations, model, layout),
             references: assembly.references.clone(),
@@ -325,6 +328,9 @@ impl<'a> Simulation<'a> {
         let mut state = vec![0.0; self.formulation.groups().len()];
         self.formulation.state_of(&assembly.working, &mut state);
         self.sample_state = state.clone();
+        if self.scales.extent < self.scales.length {
+            self.began = state.clone();
+        }
         self.sample_at_start(t, &state)?;
         let accelerations = match self.formulation.accelerations(t, &state)? {
             Some(found) => found,
@@ -363,7 +369,7 @@ impl<'a> Simulation<'a> {
     ) -> Result<(), AnalysisError> {
         let slowest = self.scales.rest_speed(duration);
         let (mut load, mut shaken) = (0.0, [0.0; 2]);
-        let length = self.scales.length;
+        let length = self.scales.length_scale();
         let is_slow = |scales: &Scales| scales.speed.max(scales.spin * length) <= NEAR_REST * slowest;
         let rests = is_slow(&self.scales);
         if rests || self.touch.is_some() {

@@ -16,6 +16,12 @@ impl EntrySizes {
         Self { groups: groups.to_vec(), sizes: vec![1.0; groups.len()], scales: [f64::NAN; 3] }
     }
 
+    /// The largest difference of positions in two states, m, in the entries that both have.
+    pub(super) fn way(&self, from: &[f64], to: &[f64]) -> f64 {
+        let positions = self.groups.iter().zip(from).zip(to).filter(|((group, _), _)| **group == Group::Position);
+        positions.fold(0.0, |most, ((_, from), to)| most.max((to - from).abs()))
+    }
+
     /// The largest of the differences as a share of its size, for a length (m), a speed (m/s) and an angular velocity (rad/s); no number
     /// where one is none. `[hot, no allocation]`
     pub(super) fn largest_share(&mut self, scales: [f64; 3], differences: &[f64]) -> f64 {

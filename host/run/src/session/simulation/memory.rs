@@ -14,7 +14,7 @@ impl<'a> Simulation<'a> {
     pub(in crate::session) fn carry_on(&mut self, carried: &Carried) {
         let [length, speed, spin, energy] = carried.scales;
         let own = self.scales;
-        self.scales.widen(&Scales { length, speed, spin, energy, ..own });
+        self.scales.widen(&Scales { length, way: carried.way, speed, spin, energy, ..own });
         self.state_sizes.carry_on(&carried.state_sizes);
         self.audit = Audit::from(&carried.audit);
         self.contacts_were(&carried.closed, &carried.pressed);
@@ -26,11 +26,12 @@ impl<'a> Simulation<'a> {
 
     /// See [`Simulation::carry_on`].
     pub(in crate::session) fn carried(&self) -> Carried {
-        let Scales { length, speed, spin, energy, .. } = self.scales;
+        let Scales { length, way, speed, spin, energy, .. } = self.scales;
         // The last step may have been cut to end where it had to; the one before it then says more.
         let step = self.last_steps[0].max(self.last_steps[1]);
         Carried {
             scales: [length, speed, spin, energy],
+            way,
             state_sizes: self.state_sizes.largest().to_vec(),
             audit: AuditRecord::from(&self.audit),
             step: (step > 0.0).then_some(step),
@@ -109,7 +110,7 @@ impl<'a> Simulation<'a> {
             loaded.map_err(|fault| AnalysisError::Element { set: *set, fault })?;
         }
         let [length, speed, spin, energy] = saved.carried.scales;
-        self.scales = Scales { length, speed, spin, energy, ..self.scales };
+        self.scales = Scales { length, way: saved.carried.way, speed, spin, energy, ..self.scales };
         self.state_sizes.carry_on(&saved.carried.state_sizes);
         self.audit = Audit::from(&saved.carried.audit);
         self.contacts_were(&saved.carried.closed, &saved.carried.pressed);

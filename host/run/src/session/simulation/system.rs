@@ -50,7 +50,7 @@ impl Simulation<'_> {
     /// The largest entry of a difference of states, as a share of the size of its group; for the state of an element of its own
     /// size, which counts as no less than has the tolerance at its round-off ([`super::floor`]).
     fn largest_share(&mut self, y0: &[f64], y1: &[f64], error: &[f64]) -> f64 {
-        let (length, allowed) = (self.scales.length, self.allowed());
+        let (length, allowed) = (self.scales.length_scale(), self.allowed());
         let [speed, spin] = self.speeds();
         let states_at = y0.len() - self.layout.states - 1;
         let mut worst = self.sizes.largest_share([length, speed, spin], &error[..states_at]);
@@ -225,7 +225,7 @@ impl System for Simulation<'_> {
 
     fn resolution(&self, entry: usize) -> f64 {
         let size = match self.formulation.groups()[entry] {
-            Group::Position => self.scales.length,
+            Group::Position => self.scales.length_scale(),
             Group::Parameter => 1.0,
             Group::Velocity => self.scales.speed_scale(),
             Group::AngularVelocity => self.scales.spin_scale(),

@@ -130,6 +130,7 @@ impl Simulation<'_> {
         velocities: &[f64],
     ) -> Result<(), AnalysisError> {
         let fastest = self.scales.grow_to(velocities);
+        self.scales.way = self.scales.way.max(self.sizes.way(&self.began, state));
         self.turned += fastest * (t - self.now).abs();
         let spin_of = |body: usize| &velocities[6 * body + 3..][..3];
         for (body, name) in &self.particles {
