@@ -140,6 +140,15 @@ fn a_full_disk_is_told_and_what_is_there_stays() {
     let table = fs::read_to_string(scratch.0.join("small/results.csv")).unwrap();
     assert!(table.ends_with('\n') && table.lines().all(|line| line.split(',').count() == 2));
     assert!(rows(&scratch.0.join("small/results.csv")) > 300);
+    assert_eq!(summary["rows"], rows(&scratch.0.join("small/results.csv")));
+    // What was not yet in the file when it could take no more is there as far as it fits.
+    let fast = "run brick.toml --t-end 20s --set simulation.output_step=10 -o fast";
+    let script = format!("trap '' XFSZ; ulimit -f 32; exec {program} {fast}");
+    let limited = std::process::Command::new("sh").args(["-c", &script]).current_dir(&scratch.0).output().unwrap();
+    assert_eq!(limited.status.code(), Some(8));
+    let table = fs::read_to_string(scratch.0.join("fast/results.csv")).unwrap();
+    assert!(table.len() > 15_000 && table.ends_with('\n'), "{}", table.len());
+    assert_eq!(scratch.json("fast/summary.json")["rows"], rows(&scratch.0.join("fast/results.csv")));
     // With room again, the run continues, and nothing shows.
     scratch.odyn("resume small -q").ends_with(0);
     scratch.odyn(&format!("{} -q", line.replace("small", "roomy"))).ends_with(0);

@@ -1,6 +1,5 @@
 //! [`report`]: the page of one or several runs.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use crate::curves::curves;
@@ -8,7 +7,7 @@ use crate::elements;
 use crate::events;
 use crate::pack::pack;
 use crate::page::html::{escape, page_with};
-use crate::results::ResultsError;
+use crate::results::{ResultsError, replace};
 use crate::sections;
 use crate::source::Source;
 
@@ -52,7 +51,7 @@ impl Scripts {
 /// Folders that cannot be read, a file that cannot be written.
 pub fn write(folders: &[PathBuf], output: &Path) -> Result<(), ResultsError> {
     let sources = folders.iter().map(|folder| Source::read(folder)).collect::<Result<Vec<_>, _>>()?;
-    fs::write(output, report(&sources, Scripts::BuiltIn)).map_err(|cause| ResultsError::write(output, cause))
+    replace(output, report(&sources, Scripts::BuiltIn).as_bytes(), false)
 }
 
 /// The page of runs, the first of which the others are compared with. It needs no other file and no network.

@@ -1,7 +1,7 @@
 //! [`CsvWriter`]: the table of results, written during a run.
 
 use std::fs::{File, OpenOptions};
-use std::io::{Seek, SeekFrom, Write};
+use std::io::{ErrorKind, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -14,6 +14,8 @@ use super::{ChannelInfo, ResultsError};
 const LONGEST_DELAY: Duration = Duration::from_millis(200);
 /// Rows are collected up to this many bytes.
 const BUFFER: usize = 1 << 16;
+/// Bytes of a full disk that are left to the summary, which says why the table ends.
+const LEFT: u64 = 1 << 14;
 /// Bytes of the longest number, with its separator.
 const LONGEST_NUMBER: usize = 26;
 
@@ -160,7 +162,7 @@ impl CsvWriter {
         Ok(())
     }
 
-    /// Rows so far, the header not counted.
+    /// Rows so far, the header not counted, without those that had to be given up.
     #[must_use]
     pub fn rows(&self) -> u64 {
         self.rows
@@ -169,19 +171,29 @@ impl CsvWriter {
     /// Brings everything that was collected into the file.
     ///
     /// # Errors
-    /// [`ResultsError::Write`]; the file then still ends with a whole row, and the collected rows are given up.
+    /// [`ResultsError::Write`]; the file then still ends with a whole row, and the collected rows that do not fit are given up.
     pub fn flush(&mut self) -> Result<(), ResultsError> {
         let result = self.file.write_all(&self.buffer);
-        if let Err(cause) = result {
-            // A full disk takes a part of the buffer: back to the last whole row. If even that fails, so be it.
-            let _ = self.file.set_len(self.written);
-            self.buffer.clear();
-            return Err(ResultsError::write(&self.path, cause));
+        if let Err(cause) = &result {
+            // A full disk takes a part of the buffer: back to its last whole row.
+            let end = self.file.stream_position().unwrap_or(self.written);
+            let left =
+                if [ErrorKind::StorageFull, ErrorKind::QuotaExceeded].contains(&cause.kind()) { LEFT } else { 0 };
+            let taken = usize::try_from(end.saturating_sub(self.written + left)).unwrap_or(usize::MAX);
+            let taken = &self.buffer[..taken.min(self.buffer.len())];
+            let kept = taken.iter().rposition(|byte| *byte == b'\n').map_or(0, |last| last + 1);
+            let lost = self.buffer[kept..].iter().filter(|byte| **byte == b'\n').count() as u64;
+            self.rows = self.rows.saturating_sub(lost);
+            self.buffer.truncate(kept);
+            // If even that fails, so be it.
+            let length = self.written + kept as u64;
+            let _ = self.file.set_len(length).and_then(|()| self.file.seek(SeekFrom::Start(length)));
         }
         self.written += self.buffer.len() as u64;
         self.checksum.add(&self.buffer);
         self.buffer.clear();
         self.last_write = Instant::now();
+        result.map_err(|cause| ResultsError::write(&self.path, cause))?;
         // A file that was removed takes rows all the same, and nobody will ever see them.
         self.path.metadata().map(|_| ()).map_err(|cause| ResultsError::write(&self.path, cause))
     }

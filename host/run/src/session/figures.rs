@@ -10,7 +10,7 @@ impl Session {
     /// Figures and checks of the samples, written into a summary; the checks with their samples. The tables are those of
     /// [`Session::read_ahead`].
     pub(super) fn evaluate(&self, summary: &mut Summary, samplings: &Samplings, tables: &Tables) -> Vec<CheckResult> {
-        summary.rows = samplings.taken.len() as u64;
+        summary.rows = samplings.rows();
         summary.figures = self.figures(samplings);
         let checks = self.checks(tables, &samplings.taken, &samplings.columns);
         summary.checks = checks.iter().map(CheckResult::without_samples).collect();

@@ -84,6 +84,11 @@ impl Samplings {
         self.told(written)
     }
 
+    /// Rows that were taken; where they are written, those that the file has.
+    pub(super) fn rows(&self) -> u64 {
+        self.folder.as_ref().map_or(self.taken.len() as u64, Folder::rows)
+    }
+
     /// Writes what is known of the columns by now, if there are files.
     pub(super) fn write_channels(&self, units: &UnitSystem) -> Result<(), ResultsError> {
         self.folder.as_ref().map_or(Ok(()), |folder| folder.write_channels(&time_column(units), &self.channels))
