@@ -72,6 +72,8 @@ pub struct Place {
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct SearchPath {
     places: Vec<Place>,
+    /// Folder of the scene, where paths of libraries begin.
+    beside: PathBuf,
 }
 
 /// A file that answers to a name.
@@ -157,7 +159,8 @@ impl SearchPath {
         let program = own_program().unwrap_or_default();
         let path = Self::of(command_line, scene, std::env::var_os(ENVIRONMENT).as_deref(), &program);
         let user = user_folder().filter(|folder| folder.is_dir());
-        path.with_store(Origin::Project, project_above(folder)).with_store(Origin::User, user)
+        let path = path.with_store(Origin::Project, project_above(folder)).with_store(Origin::User, user);
+        Self { beside: folder.to_path_buf(), ..path }
     }
 
     /// The same with nothing taken from the surroundings, and no stores. `program` is the path of the running program.
@@ -171,7 +174,7 @@ impl SearchPath {
             (Origin::Program, folders_of(program)),
         ];
         let place = |(origin, paths): (Origin, Vec<PathBuf>)| paths.into_iter().map(move |path| Place { origin, path });
-        Self { places: all.into_iter().flat_map(place).collect() }
+        Self { places: all.into_iter().flat_map(place).collect(), beside: PathBuf::new() }
     }
 
     /// The same with a store, of a project or of the user, at its place in the order.
@@ -190,7 +193,7 @@ impl SearchPath {
     /// The file behind a request: a name such as `"joints"`, or a path.
     ///
     /// A name stands for the packages `odyn-NAME` and `NAME`. A path (anything with a separator or the ending of a
-    /// library) is tried as it stands, then from each folder.
+    /// library) is tried from the folder of the scene, as it stands, then from each folder; one of the command line as it stands.
     ///
     /// # Errors
     /// [`CatalogError::NotFound`], or why the installed library of this name is broken.
@@ -250,7 +253,11 @@ impl SearchPath {
             existing.map(move |path| Found { path, origin, sha256: None, package: None, broken: None })
         };
         if is_path(request) {
-            let as_it_stands = files(Origin::Scene, vec![request.into()]);
+            let of_command_line =
+                |place: &Place| place.origin == Origin::CommandLine && place.path == Path::new(request);
+            let beside = self.beside.join(request);
+            let first = if self.places.iter().any(of_command_line) { request.into() } else { beside };
+            let as_it_stands = files(Origin::Scene, vec![first, request.into()]);
             let below = self.places.iter().filter(|place| !place.is_store() && !place.path.is_file());
             return as_it_stands
                 .chain(below.flat_map(|p| files(p.origin, vec![p.path.join(request)])))
@@ -273,9 +280,13 @@ impl SearchPath {
     }
 
     fn not_found(&self, request: &str) -> CatalogError {
+        let beside = Some(&self.beside).filter(|folder| is_path(request) && **folder != Path::new("")).into_iter();
         CatalogError::NotFound {
             nearest: self.nearest(request),
-            folders: self.places.iter().filter(|p| !p.path.is_file()).map(|place| place.path.clone()).collect(),
+            folders: beside
+                .chain(self.places.iter().filter(|p| !p.path.is_file()).map(|place| &place.path))
+                .cloned()
+                .collect(),
             files: file_names(request),
             request: request.into(),
         }

@@ -154,6 +154,19 @@ fn a_hash_is_exact() {
 }
 
 #[test]
+fn a_path_begins_at_the_scene() {
+    let folder = Folder::new("beside");
+    let scene = folder.0.join("scene");
+    let own = put(&folder, "scene/libs", "acme-wobble", "1.0.0", "own");
+    let path = format!("./libs/{}", file_name("acme_wobble"));
+    let found = |command: &[PathBuf]| SearchPath::for_scene(command, &[], &scene).locate(&path);
+    assert_eq!(found(&[]).expect("beside the scene").canonicalize().ok(), own.canonicalize().ok());
+    // One of the command line begins where that was given.
+    let error = found(&[PathBuf::from(&path)]).expect_err("not there");
+    assert!(error.help().iter().any(|line| line.contains(&scene.display().to_string())), "{:?}", error.help());
+}
+
+#[test]
 fn there_is_no_silent_winner() {
     let folder = Folder::new("winner");
     let search = search(&folder);

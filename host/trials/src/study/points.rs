@@ -7,7 +7,7 @@ use super::MOST_RUNS;
 use super::vary::Vary;
 use crate::diagnostics::{Diagnostic, codes};
 use crate::results::checksum;
-use crate::scene::Override;
+use crate::scene::{Override, with_commas};
 
 /// The keys that a study varies, and the values they have in each run: all combinations, or those of a table.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -62,7 +62,8 @@ impl Points {
         Self { keys, values: Values::Table(rows) }.checked(Some(count))
     }
 
-    /// Reads a table in CSV: keys in the first line, below them a line per run with values as in `--set KEY=VALUE`.
+    /// Reads a table: keys in the first line, below them a line per run with values as in `--set KEY=VALUE`; between them commas, semicolons
+    /// or tabs.
     ///
     /// # Errors
     /// A file that cannot be read, that is no such table, or that has no points; see also [`Points::table`].
@@ -72,7 +73,11 @@ impl Points {
             Diagnostic::error(codes::CANNOT_READ_RESULTS, message)
                 .help("write the keys in the first line, and a line of values for each run")
         };
-        let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_path(path).map_err(|e| refused(&e))?;
+        let text = std::fs::read_to_string(path).map_err(|e| refused(&e))?;
+        let keys = text.lines().find(|line| !line.trim().is_empty()).unwrap_or_default();
+        // Not by blanks: values have units behind them.
+        let text = if keys.contains([';', '\t']) { with_commas(&text) } else { text.as_str().into() };
+        let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(text.as_bytes());
         let texts = |record: &csv::StringRecord| record.iter().map(str::to_string).collect::<Vec<_>>();
         // A mark of the order of bytes, as spreadsheets write it, is no part of the first key.
         let keys = texts(reader.headers().map_err(|e| refused(&e))?);
