@@ -477,6 +477,31 @@ fn what_a_library_prints_does_not_reach_standard_output() {
 }
 
 #[test]
+fn what_is_exported_as_c_is_warned_of_and_written_over_with_care() {
+    let scratch = Scratch::new("export-c");
+    let ran = scratch.odyn("export c brick.toml -o c --step 1000 --json").ends_with(0);
+    assert!(ran.err().contains("ODY0842") && ran.json()["files"].is_array(), "{}", ran.err());
+    scratch.odyn("export c brick.toml -o c --step 10").ends_with(0);
+    fs::write(scratch.0.join("c/main.c"), "/* mine */\n").unwrap();
+    let refused = scratch.odyn("export c brick.toml -o c --step 10").ends_with(8);
+    assert!(
+        refused.err().contains("c/main.c is there already") && refused.err().contains("--force"),
+        "{}",
+        refused.err()
+    );
+    assert_eq!(fs::read_to_string(scratch.0.join("c/main.c")).unwrap(), "/* mine */\n");
+    scratch.odyn("export c brick.toml -o c --step 10 --force").ends_with(0);
+    assert!(fs::read_to_string(scratch.0.join("c/main.c")).unwrap().contains("main(int argc"));
+}
+
+#[test]
+fn commands_that_are_shown_can_be_given() {
+    let scratch = Scratch::new("blanks");
+    let ran = Ran(scratch.command("run brick.toml -o").arg("the results").output().unwrap()).ends_with(0);
+    assert!(ran.out().ends_with("to see it: odyn report 'the results'\n"), "{}", ran.out());
+}
+
+#[test]
 fn a_motion_is_written_where_it_is_asked_for_and_exported() {
     let scratch = Scratch::new("motion");
     scratch.odyn("run brick.toml -q -o plain").ends_with(0);

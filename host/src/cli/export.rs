@@ -5,7 +5,7 @@ use std::path::Path;
 
 use odyn::analyses::statics;
 use odyn::diagnostics::{Diagnostic, Source, codes, render, shown};
-use odyn::export::c::{Cost, Package, Real, package};
+use odyn::export::c::{Cost, EXAMPLE, Package, Real, package};
 use odyn::export::fmu::{Binary, Fmu, Kinds, TARGETS, Version, build};
 use odyn::export::{Choices, METHODS, Machine, Method, Trial};
 use odyn::results::{MOTION_FILE, Motion, ResultsError, glb, replace};
@@ -47,7 +47,16 @@ pub(super) fn export_c(args: &CArgs) -> Result<u8, Failure> {
     let real = if args.float { Real::Float } else { Real::Double };
     let machine = machine(&args.machine, None, (args.derivatives, false))?;
     let Package { files, cost } = package(&machine, real).map_err(Failure::new)?;
-    let trial = tried(&machine, &cost, args.machine.json);
+    let trial = tried(&machine, &cost);
+    let changed = |(name, text): &&(String, String)| {
+        name == EXAMPLE && std::fs::read(args.output.join(name)).is_ok_and(|there| there != text.as_bytes())
+    };
+    if let Some((name, _)) = files.iter().find(changed).filter(|_| !args.force) {
+        let file = args.output.join(name).display().to_string();
+        let message = format!("{} is there already, and not as it would be written", shown(&file));
+        let help = "it may have changes of yours: write elsewhere, or over it with --force";
+        return Err(Failure::new(Diagnostic::error(codes::CANNOT_WRITE, message).help(help)).exit(exit::FILES));
+    }
     for (name, text) in &files {
         write(&args.output, name, text.as_bytes())?;
     }
@@ -72,7 +81,7 @@ pub(super) fn export_fmu(args: &FmuArgs) -> Result<u8, Failure> {
     let any = args.cs || args.me;
     let kinds = Kinds { co_simulation: args.cs || !any, model_exchange: args.me || !any };
     let fmu = Fmu::new(&machine, version, kinds).map_err(Failure::new)?;
-    let trial = if kinds.co_simulation { tried(&machine, &fmu.cost, args.machine.json) } else { None };
+    let trial = if kinds.co_simulation { tried(&machine, &fmu.cost) } else { None };
     let (binaries, missing) = binaries(&fmu)?;
     let archive = fmu.archive(&binaries).map_err(|error| ResultsError::write(&args.output, error))?;
     replace(&args.output, &archive, false)?;
@@ -146,7 +155,7 @@ fn machine(
         ..equilibrium()
     };
     let session = Session::open(&args.scene, &options)?;
-    warn(&session, args.json);
+    warn(&session, false);
     let name = args.scene.file_stem().unwrap_or(args.scene.as_os_str()).to_string_lossy().into_owned();
     let method = args.method.as_deref().unwrap_or(if args.tolerance.is_some() { "dopri5" } else { "rk4" });
     let method = Method::named(method).unwrap_or(&METHODS[0]);
@@ -189,12 +198,12 @@ fn listed(files: &[(String, String)]) -> String {
 const TRIAL: usize = 1_000_000_000;
 
 /// What steps of a fixed size are good for; a warning where they are too long.
-pub(super) fn tried(machine: &Machine, cost: &Cost, quiet: bool) -> Option<Trial> {
+pub(super) fn tried(machine: &Machine, cost: &Cost) -> Option<Trial> {
     if machine.tolerance.is_some() {
         return None;
     }
     let trial = machine.tried((TRIAL / (3 * cost.step.max(1))).clamp(10, 20_000));
-    if !trial.is_good() && !quiet {
+    if !trial.is_good() {
         let (h, method) = (machine.step, machine.method.name);
         let message = match trial.failed {
             Some((time, _)) => format!("a step of {h:?} s by {method} fails at {time:?} s"),

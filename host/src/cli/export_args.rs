@@ -98,6 +98,9 @@ pub(super) struct CArgs {
     /// With a function for exact derivatives of rates and outputs along directions
     #[arg(long)]
     pub(super) derivatives: bool,
+    /// Write over a `main.c` that is there with changes
+    #[arg(long)]
+    pub(super) force: bool,
 }
 
 #[derive(Debug, Args)]

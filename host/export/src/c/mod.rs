@@ -5,7 +5,7 @@ mod listing;
 mod package;
 mod source;
 
-pub use package::{Cost, Package, package};
+pub use package::{Cost, EXAMPLE, Package, package};
 
 /// Kind of the numbers of a C program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

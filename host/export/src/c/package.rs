@@ -43,6 +43,9 @@ pub struct Package {
     pub cost: Cost,
 }
 
+/// The example among the files, which is there to be changed.
+pub const EXAMPLE: &str = "main.c";
+
 /// A machine as C: the file, its header, an example that writes a table, a Makefile.
 ///
 /// # Errors
@@ -57,7 +60,7 @@ pub fn package(machine: &Machine, real: Real) -> Result<Package, Diagnostic> {
     let files = vec![
         (format!("{name}.h"), header(machine, real, &source, &head)),
         (format!("{name}.c"), source.text.clone()),
-        ("main.c".to_string(), example(machine)),
+        (EXAMPLE.to_string(), example(machine)),
         ("Makefile".to_string(), makefile(machine)),
     ];
     Ok(Package { files, cost })

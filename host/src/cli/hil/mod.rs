@@ -60,7 +60,7 @@ pub(super) fn hil(args: &HilArgs) -> Result<u8, Failure> {
     }
     let cost = package(&machine, Real::Double).ok().map(|package| package.cost);
     if let Some(cost) = &cost {
-        let _ = tried(&machine, cost, args.json);
+        let _ = tried(&machine, cost);
     }
     let ticks = if args.endless {
         u64::MAX
@@ -253,7 +253,7 @@ fn machine(args: &HilArgs, step: f64) -> Result<Machine, Failure> {
         ..RunOptions::default()
     };
     let session = Session::open(&args.scene, &options)?;
-    warn(&session, args.json || args.describe);
+    warn(&session, args.describe);
     let name = args.scene.file_stem().unwrap_or(args.scene.as_os_str()).to_string_lossy().into_owned();
     let method = Method::named(&args.method).unwrap_or(&METHODS[0]);
     let (inputs, outputs) = (args.inputs.clone(), args.outputs.clone());
