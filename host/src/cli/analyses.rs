@@ -22,7 +22,7 @@ use super::campbell::campbell;
 use super::exit;
 use super::failure::Failure;
 use super::scene_args::SceneArgs;
-use super::terminal::{self, Progress, Stream};
+use super::terminal::{self, Progress, Stream, word_of};
 
 /// Bodies or elements that are named behind a mode.
 const NAMED: usize = 3;
@@ -101,7 +101,7 @@ pub(super) fn modes(args: &ModesArgs) -> Result<u8, Failure> {
         let mut text = String::new();
         tell_modes(&mut text, &modes, args.most);
         let _ = writeln!(text, "results: {} (with modes.json: shapes)", folder.join("modes.csv").display());
-        let _ = writeln!(text, "to show them in motion: odyn report {}", folder.display());
+        let _ = writeln!(text, "to show them in motion: odyn report {}", word_of(&folder));
         text
     })?;
     Ok(exit::DONE)
@@ -252,9 +252,9 @@ pub(super) fn statics(args: &StaticsArgs) -> Result<u8, Failure> {
             });
         }
         let _ = writeln!(text, "results: {} (with equilibria.csv, state.toml)", folder.join("statics.json").display());
-        let _ = writeln!(text, "to show it: odyn report {}", folder.display());
+        let _ = writeln!(text, "to show it: odyn report {}", word_of(&folder));
         let _ =
-            writeln!(text, "to run from there: odyn run {} --from {}", args.scene.scene.display(), folder.display());
+            writeln!(text, "to run from there: odyn run {} --from {}", word_of(&args.scene.scene), word_of(&folder));
         text
     })?;
     Ok(exit::DONE)

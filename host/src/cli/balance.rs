@@ -61,12 +61,8 @@ pub(super) fn balance(args: &BalanceArgs) -> Result<u8, Failure> {
     terminal::answer(args.scene.json, args.quiet, &json, || {
         let mut text = told(&found);
         let _ = writeln!(text, "results: {} (harmonics.csv, shaking.csv, shaking.svg, balance.json)", folder.display());
-        let _ = writeln!(
-            text,
-            "to run with it: odyn run {} --set '{}'",
-            args.scene.scene.display(),
-            found.counterweight.set
-        );
+        let (scene, set) = (terminal::word_of(&args.scene.scene), &found.counterweight.set);
+        let _ = writeln!(text, "to run with it: odyn run {scene} --set '{set}'");
         text
     })?;
     Ok(exit::DONE)

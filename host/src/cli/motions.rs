@@ -17,7 +17,7 @@ use super::analyses::{folder_of, listener, page, warn, write};
 use super::exit;
 use super::failure::Failure;
 use super::motion_args::{InverseArgs, KinematicsArgs};
-use super::terminal::{self, Progress};
+use super::terminal::{self, Progress, word_of};
 
 /// `odyn inverse`
 pub(super) fn inverse(args: &InverseArgs) -> Result<u8, Failure> {
@@ -52,7 +52,7 @@ pub(super) fn inverse(args: &InverseArgs) -> Result<u8, Failure> {
             "results: {} (with efforts.csv for curves of scenes, state.toml)",
             folder.join("results.csv").display()
         );
-        let _ = writeln!(text, "to show it: odyn report {}", folder.display());
+        let _ = writeln!(text, "to show it: odyn report {}", word_of(&folder));
         text
     })?;
     Ok(exit::DONE)
@@ -117,7 +117,7 @@ pub(super) fn kinematics(args: &KinematicsArgs) -> Result<u8, Failure> {
         let mut text = told_kinematics(&found);
         let name = if over_time { "results.csv" } else { "kinematics.csv" };
         let _ = writeln!(text, "results: {} (with kinematics.json)", folder.join(name).display());
-        let _ = writeln!(text, "to show it: odyn report {}", folder.display());
+        let _ = writeln!(text, "to show it: odyn report {}", word_of(&folder));
         text
     })?;
     Ok(exit::DONE)

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use odyn::diagnostics::{Diagnostic, codes, render, shown};
 use odyn::results::{DIGITS_FILE, SUMMARY_FILE, Status, report};
@@ -13,7 +13,7 @@ use super::failure::Failure;
 use super::inspect::refuse_warnings;
 use super::interrupt::stop_on_interrupt;
 use super::scene_args::RunArgs;
-use super::terminal::{self, Preparing, Progress, Stream};
+use super::terminal::{self, Preparing, Progress, Stream, word_of};
 use super::watch;
 
 /// Integrates a scene and writes its results; again and again with `--watch`.
@@ -65,12 +65,16 @@ pub(super) fn once(args: &RunArgs, options: &RunOptions, stop: &Arc<AtomicBool>)
         }
         outcome.summary.write(&folder.join(SUMMARY_FILE))?;
     }
-    let code = told.end(&outcome, &folder)?;
+    let mut code = told.end(&outcome, &folder)?;
+    if outcome.summary.digits.is_some() && stop.load(Ordering::Relaxed) {
+        // The run has ended, but not what was asked of it.
+        code = exit::INTERRUPTED;
+    }
     if args.report {
         let file = super::report::of_run(&folder)?;
         told.note(&format!("report: {}\n", file.display()))?;
     } else {
-        told.note(&format!("to see it: odyn report {}\n", folder.display()))?;
+        told.note(&format!("to see it: odyn report {}\n", word_of(&folder)))?;
     }
     Ok(code)
 }

@@ -99,6 +99,9 @@ fn run_points(args: &StudyArgs) -> Result<u8, Failure> {
     }
     let ended = AtomicUsize::new(0);
     let told = |number: usize, run: &Run| {
+        if matches!(run.outcome, Outcome::NotBegun) {
+            return;
+        }
         let ended = ended.fetch_add(1, Ordering::Relaxed) + 1;
         if !silent {
             eprintln!("{ended}/{count} {}: {}", shown(&values(points, number)), shown(&verdict(run)));
@@ -110,6 +113,10 @@ fn run_points(args: &StudyArgs) -> Result<u8, Failure> {
     }
     if study.kept() > 0 && !silent {
         eprintln!("{} of {count} runs were finished before", study.kept());
+    }
+    let not_begun = study.runs.iter().filter(|run| matches!(run.outcome, Outcome::NotBegun)).count();
+    if not_begun > 0 {
+        eprintln!("{not_begun} of {count} runs were not begun");
     }
     let table = study.table();
     let path = study.write(&folder)?;
@@ -126,8 +133,8 @@ fn run_points(args: &StudyArgs) -> Result<u8, Failure> {
         // Errors are reported even to those who want to hear nothing else.
         let fine = |outcome: &Outcome| match outcome {
             Outcome::Ran(finished) => finished.exit_code == 0,
-            Outcome::Kept(_) => true,
-            Outcome::Failed(_) | Outcome::NotBegun => false,
+            Outcome::Kept(_) | Outcome::NotBegun => true,
+            Outcome::Failed(_) => false,
         };
         for (k, run) in study.runs.iter().enumerate().filter(|(_, run)| !fine(&run.outcome)) {
             eprintln!("error: {}: {}", shown(&values(points, study.first + k)), shown(&verdict(run)));

@@ -9,7 +9,7 @@ use odyn::results::replace;
 use super::exit;
 use super::failure::Failure;
 use super::study_args::{Scheduler, StudyArgs};
-use super::terminal;
+use super::terminal::{self, quoted, word_of};
 
 /// Writes the script into the folder of the study, and says how it is used.
 pub(super) fn emit(args: &StudyArgs, scheduler: Scheduler, folder: &Path, runs: usize) -> Result<u8, Failure> {
@@ -29,7 +29,7 @@ pub(super) fn emit(args: &StudyArgs, scheduler: Scheduler, folder: &Path, runs: 
             Scheduler::Slurm => "sbatch",
             Scheduler::Hq => "bash",
         };
-        let path = quoted(&path.display().to_string());
+        let path = word_of(&path);
         terminal::print(&format!("{runs} runs in {shards} shards: {start} {path}\nthen {}\n", words.merge))?;
     }
     Ok(exit::DONE)
@@ -129,16 +129,6 @@ fn hq(words: &Words, shards: u32, jobs: u16) -> String {
          cd {here} || exit\n\
          exec hq submit --name {name} --array 1-{shards} --cpus {jobs} --stdout none --stderr {log} -- bash -c {one}\n"
     )
-}
-
-/// As a word of a shell.
-fn quoted(word: &str) -> String {
-    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./=,:+@".contains(c);
-    if !word.is_empty() && word.chars().all(plain) {
-        word.to_string()
-    } else {
-        format!("'{}'", word.replace('\'', r"'\''"))
-    }
 }
 
 fn unusable(what: &str) -> Failure {

@@ -25,6 +25,8 @@ pub struct StudyTable {
 
 /// What ends the columns.
 const WORK: [&str; 4] = ["violation", "energy_error", "steps", "evaluations"];
+/// Status of a run that was not begun.
+const NOT_BEGUN: &str = "not begun";
 
 impl Study {
     /// The table. A figure or output that only some runs have, or have in that unit, has a column of its own.
@@ -45,7 +47,7 @@ impl Study {
                 Outcome::Ran(finished) => row.extend(finished.cells()),
                 Outcome::Kept(kept) => row.extend(kept.cells.iter().cloned()),
                 Outcome::Failed(error) => row.extend(failed_cells(error)),
-                Outcome::NotBegun => row.extend(["not begun".into(), String::new()]),
+                Outcome::NotBegun => row.extend([NOT_BEGUN.into(), String::new()]),
             }
             table.add(row, titles.as_deref());
         }
@@ -203,14 +205,15 @@ impl StudyTable {
         String::from_utf8_lossy(&bytes).into_owned()
     }
 
-    /// Values, status and figures (or, where the scene has none, the last values of its first outputs), columns under each
-    /// other.
+    /// Values, status and figures (or, where the scene has none, the last values of its first outputs) of the runs that were begun, columns
+    /// under each other.
     #[must_use]
     pub fn overview(&self) -> String {
         const MOST_OUTPUTS: usize = 4;
         let shown = self.leading + if self.figures > 0 { self.figures } else { MOST_OUTPUTS };
+        let begun = self.rows.iter().filter(|row| row[self.leading - 2] != NOT_BEGUN);
         let rows: Vec<&[String]> =
-            std::iter::once(&self.columns).chain(&self.rows).map(|row| &row[..shown.min(row.len())]).collect();
+            std::iter::once(&self.columns).chain(begun).map(|row| &row[..shown.min(row.len())]).collect();
         // What went wrong is long and goes to the end of its line.
         let problem = self.leading - 1;
         let kept: Vec<usize> = (0..rows[0].len()).filter(|column| *column != problem).collect();

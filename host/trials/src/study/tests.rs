@@ -208,6 +208,10 @@ fn points_are_read_from_a_table() {
         points.changes(0).map(|one| one.text).collect::<Vec<_>>(),
         ["speed=1 m/s", "simulation.gravity=[0, 0, 0]"]
     );
+    let others = read("speed;simulation.gravity\n1 m/s;[0, 0, 0]\n2;[0, -1, 0]\n").unwrap();
+    assert_eq!(others, points);
+    assert_eq!(read("speed\tsimulation.gravity\n1 m/s\t[0, 0, 0]\n2\t[0, -1, 0]\n").unwrap(), points);
+    assert_eq!(read("speed\n1 m/s\n").unwrap().values(0), ["1 m/s"]);
     for (text, what) in [
         ("a,b\n1\n", "1"),
         ("a,b\n1,\n", "no value for `b`"),
@@ -353,6 +357,7 @@ fn runs_that_failed_are_not_done_again_unless_they_are_asked_for() {
     let (done, stopped) = run(varied, 2, false);
     // Those that were not begun are heard of, too.
     assert_eq!((&done[..3], stopped.has_ended()), (&[0, 1, 2][..], false));
+    assert!(stopped.table().csv().contains("not begun") && !stopped.table().overview().contains("not begun"));
     let (done, again) = run(varied, 3, true);
     assert_eq!(&done[..3], [0, 2, 3]);
     assert!(!again.has_ended());
