@@ -98,7 +98,7 @@ impl Taylor {
         let (mut row, mut steps) = (0, 0);
         while row < times.len() {
             if !go_on(t.to_f64()) {
-                return Err(ended(t, "it was stopped"));
+                return Err(ended(t, "interrupted"));
             }
             if steps == self.most_steps {
                 return Err(ended(t, "it took too many steps"));

@@ -90,13 +90,21 @@ impl Digits {
     pub(super) fn report(&self, unit: &str) -> String {
         let certain = if self.precise { "certain digits" } else { "digits, estimated" };
         let mut out = format!("{certain}, by {}", self.how);
-        if self.precise {
+        if self.precise && !self.t_last.is_nan() {
             let [accuracy, start] = [self.accuracy, self.start].map(|share| significant(share, 2));
             out.push_str(&format!(
                 " (itself known to {accuracy} of the sizes; the last digits of the start make {start})"
             ));
         }
         out.push('\n');
+        let code = self.code().map_or(String::new(), |code| format!(" ({code})"));
+        if self.t_last.is_nan() {
+            out.push_str(&format!(
+                "  none are known, since the second computation has no samples: {}{code}\n",
+                self.reason
+            ));
+            return out;
+        }
         let titles = ["output", "digits", "of its size", "error", "at t", ""];
         let mut rows = vec![titles.map(String::from).to_vec()];
         for output in &self.outputs {
@@ -113,7 +121,6 @@ impl Digits {
         let sides = [Side::Left, Side::Right, Side::Right, Side::Right, Side::Right, Side::Left];
         out.push_str(&aligned(&sides, &rows));
         if !self.reason.is_empty() {
-            let code = self.code().map_or(String::new(), |code| format!(" ({code})"));
             let last = significant(self.t_last, 7);
             out.push_str(&match self.precise {
                 true => format!("  reported up to t = {last} {unit} only: {}{code}\n", self.reason),
@@ -143,5 +150,20 @@ impl Digits {
         }
         let bytes = writer.into_inner().map_err(|error| ResultsError::write(path, error.into_error()))?;
         replace(path, &bytes, false)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn without_samples_it_is_said_why_there_are_no_digits() {
+        let output = OutputDigits::new("x", true, &[], &[], (f64::NAN, 1.0));
+        let reason = "interrupted".to_owned();
+        let digits = Digits { precise: true, reason, t_last: f64::NAN, outputs: vec![output], ..Digits::default() };
+        let told = digits.report("s");
+        assert!(told.contains("none are known") && told.contains("interrupted (ODY0706)"), "{told}");
+        assert!(!told.contains("NaN") && !told.contains("of its size"), "{told}");
     }
 }

@@ -335,7 +335,7 @@ fn more_digits_are_no_reference_where_they_end_early_or_disagree() {
     let run = session().run(None, Box::new(|_| ()), &Arc::default()).unwrap();
     let found = Reference::precise(&precise(true), &run, &[0.0; 3]).unwrap();
     assert!(found.accuracy < 1e-15 && found.error(&run).unwrap() < 1e-6, "{found:?}");
-    assert_eq!(Reference::precise(&precise(false), &run, &[0.0; 3]).unwrap_err(), "it was stopped");
+    assert_eq!(Reference::precise(&precise(false), &run, &[0.0; 3]).unwrap_err(), "interrupted");
     fs::write(&scene.0, tumbling(5.001)).unwrap();
     let reason = Reference::precise(&precise(true), &run, &[0.0; 3]).unwrap_err();
     assert!(reason.contains("numbers of 31 digits and a run in doubles are apart"), "{reason}");
