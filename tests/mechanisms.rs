@@ -140,6 +140,8 @@ fn all_its_motion_has_the_dead_centres() {
     let drive = Drive::Over(quantity(&session, "x").unwrap(), [0.6, 0.75], 4);
     let error = kinematics(&session, &drive, &mut |_| ()).unwrap_err();
     assert!(error.to_string().contains("dead point") && error.exit_code() == 5, "{error}");
+    let there = error.to_string().split_once("at x = ").and_then(|(_, rest)| rest.split_once(" m:")?.0.parse().ok());
+    assert!(there.is_some_and(|x: f64| (x - 0.7).abs() < 1e-6), "{error}");
 }
 
 /// A crank of 1 m, a coupler and a rocker of 3 m, 4 m apart.

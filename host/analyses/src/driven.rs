@@ -402,9 +402,8 @@ impl<'s> Driven<'s> {
                 Err(format!("bodies would move by {size:.1e} of the scene's size, or rad, in {step:.1e} s"))
             };
             let no_further = |reason: &str| {
-                Err(format!(
-                    "the motion leads no further than t = {from} s, where it meets a dead point or leaves what the joints allow: {reason}"
-                ))
+                let what = "the motion leads no further: it meets a dead point here, or leaves what the joints allow";
+                Err(format!("{what}: {reason}"))
             };
             match reached {
                 Ok(()) => {

@@ -23,6 +23,7 @@ use crate::linalg::SingularValues;
 use crate::linear::Port;
 use crate::moves;
 use crate::prescribed::Motion;
+use crate::results::significant;
 use crate::scene::Dimension;
 use crate::session::{Restart, Session, SessionError};
 use actuators::{choose, effort_unit};
@@ -366,7 +367,7 @@ pub fn inverse(
     let first = motion.at(own_times[0]);
     let at = |time: f64, reason: &str| {
         let help = "see `odyn check` for what the joints leave free; `--by` names other actuators";
-        cannot(session, format!("at t = {time} s: {reason}"), help)
+        cannot(session, format!("at t = {} s: {reason}", significant(time, 7)), help)
     };
     solver.driven.begin(own_times[0], &first).map_err(|reason| at(own_times[0], &reason))?;
     if let Some(motion) = solver.driven.free().map_err(|reason| at(own_times[0], &reason))? {
@@ -408,7 +409,7 @@ pub fn inverse(
             solver.driven.close_those_it_leans_on();
             seen(&mut solver, &|solver| &mut solver.driven, (*time, &|time| motion.at(time)), &mut look)
         };
-        let seen = seen.map_err(|reason| at(*time, &reason))?;
+        let seen = seen.map_err(|reason| at(solver.driven.time(), &reason))?;
         let (efforts, outputs) = seen.split_at(found.actuators.len());
         for ((port, column), effort) in found.actuators.iter_mut().zip(&mut found.efforts).zip(efforts) {
             port.value = effort / port.factor;

@@ -18,6 +18,7 @@ use crate::linear::{Port, refuse};
 use crate::model::Quantity;
 use crate::moves;
 use crate::prescribed::{Derivatives, Wanted, amount, quantity};
+use crate::results::significant;
 use crate::scene::Dimension;
 use crate::session::{Session, SessionError};
 use path::{LEAST_STEP, NONE, Path, Place, SAME};
@@ -229,7 +230,7 @@ fn prescribed(
     let wish = |s: f64| -> Vec<Derivatives> { if drive.is_empty() { Vec::new() } else { vec![[s, 1.0, 0.0]] } };
     let (factor, unit) = (over.factor, over.unit.clone());
     let at = |place: f64, reason: &str| {
-        let message = format!("at {} = {} {unit}: {reason}", over.name, place / factor);
+        let message = format!("at {} = {} {unit}: {reason}", over.name, significant(place / factor, 7));
         let help =
             "a shorter range ends before; `--drive NAME` alone follows the whole motion and finds its dead points";
         cannot(session, message, help)
@@ -262,7 +263,8 @@ fn prescribed(
             0 => look(&mut driven),
             _ => seen(&mut driven, &|driven| driven, (sign * place, &along), &mut look),
         };
-        let found = found.map_err(|reason| at(*place, &reason))?;
+        // Where it has come to, which may be before the place that is asked for.
+        let found = found.map_err(|reason| at(sign * driven.time(), &reason))?;
         for ((values, column), value) in values.iter_mut().zip(&columns).zip(found) {
             values.push(value / column.factor);
         }
