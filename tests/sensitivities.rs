@@ -511,22 +511,37 @@ fn a_number_that_moves_samples_on_one_side_is_refused() {
 #[test]
 fn differences_that_agree_by_chance_across_a_kink_are_told_from_good_ones() {
     // A force of 1 N, limited to `high`: the limit acts up to the k-th part of a step of 1e-3 above 1, where orders 4 and 6 agree for
-    // k = 5 / 3, and orders 2 to 6 do not see it beyond 3.
-    for k in [1.2, 5.0 / 3.0, 1.7, 2.4, 3.5] {
-        let high = 1.0 / (1.0 + 1e-3 * k);
-        let text = format!(
-            "[plugins]\nlibraries = [\"joints\", \"forces\", \"controls\"]\n[simulation]\nt_end = 1\noutput_step = 0.25\n\
+    // k = 5 / 3, orders 2 to 6 do not see it beyond 3, and all of them agree below 1, where only the slopes on both sides differ.
+    for k in [0.2, 0.6, 1.2, 5.0 / 3.0, 1.7, 2.4, 3.5] {
+        let found = limited(1.0 / (1.0 + 1e-3 * k));
+        let exact: Vec<f64> = found.times.iter().map(|t| 0.25 * t * t).collect();
+        compare(&found.times, &found.outputs[0], &exact);
+        assert!(k < 1.0 || found.outputs[0].digits > 9.0, "{k}: {}", found.outputs[0].digits);
+    }
+}
+
+#[test]
+fn at_a_kink_there_is_no_derivative() {
+    let found = limited(1.0);
+    let output = &found.outputs[0];
+    assert_eq!((found.status, found.exit_code()), ("uncertain", 7), "{output:?}");
+    // Forwards it is zero, backwards t^2 / 4.
+    for ((derivative, error), t) in output.derivative.iter().zip(&output.error).zip(&found.times) {
+        assert!((derivative - 0.125 * t * t).abs() < 1e-9 && *error >= 0.1249 * t * t, "{t} {derivative} {error}");
+    }
+}
+
+/// A block of 2 kg that a force of 1 N pushes, limited to `high`; its place by that limit.
+fn limited(high: f64) -> Sensitivities {
+    let text = format!(
+        "[plugins]\nlibraries = [\"joints\", \"forces\", \"controls\"]\n[simulation]\nt_end = 1\noutput_step = 0.25\n\
              [[body]]\nname = \"block\"\nmass = 2\ninertia = [1, 1, 1]\n\
              [[joint]]\nname = \"slide\"\ntype = \"translational\"\nbodies = [\"ground\", \"block\"]\npoint = [0, 0, 0]\naxis = [1, 0, 0]\n\
              [[control]]\nname = \"limited\"\ntype = \"sensor\"\ninputs.input = 1\nparams.high = {high:?}\n\
              [[force]]\nname = \"push\"\ntype = \"translational-actuator\"\nbodies = [\"ground\", \"block\"]\naxis = [1, 0, 0]\n\
              inputs.signal = \"limited.output\"\nparams.along = \"axis\"\n\
              [[output]]\nname = \"x\"\nquantity = \"position\"\nof = \"block\"\ncomponent = \"x\"\n"
-        );
-        let scratch = Scratch::new();
-        let found = of(&scratch.file("scene.toml", text), &["x"], &["limited.params.high"], &[]);
-        let exact: Vec<f64> = found.times.iter().map(|t| 0.25 * t * t).collect();
-        let output = &found.outputs[0];
-        compare(&found.times, output, &exact);
-    }
+    );
+    let scratch = Scratch::new();
+    of(&scratch.file("scene.toml", text), &["x"], &["limited.params.high"], &[])
 }

@@ -16,7 +16,8 @@
 //!
 //! with D2' from the steps of a run at a hundred times the tolerance (10 times where runs take their own steps, the double step where
 //! it is fixed): the first is what differences leave out and round-off, the second what the steps leave out. Of several h, each output
-//! takes that with the least first term.
+//! takes that with the least first term. A kink at p itself is in none of them: where the slopes on both sides of p differ by more than
+//! that, half of what they differ by is the error.
 //!
 //! | file | content |
 //! |---|---|

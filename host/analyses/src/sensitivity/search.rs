@@ -32,8 +32,13 @@ const DISAGREE: f64 = 1e-2;
 const FEW: usize = 10;
 /// Samples on each side whose errors count for one.
 const NEIGHBOURS: usize = 3;
-/// Multiples of what a round leaves open by which another one may be apart from it.
+/// Multiples of what a round leaves open by which another one may be apart from it, or the slopes on both sides.
 const APART: f64 = 10.0;
+/// The same for slopes on both sides before a step is judged by them: round-off is that much larger in them, and now and then small in the
+/// rest.
+const BENT: f64 = 100.0;
+/// Share of an output that differences for one step may leave open of it where round-off is what they leave open.
+const NOISE: f64 = 1e-9;
 /// Tolerances of runs that take their own steps, and the least of those that follow.
 const OWN_STEPS: [f64; 2] = [1e-13, 1e-12];
 /// Ratio of the tolerances of runs that follow steps.
@@ -73,13 +78,20 @@ struct Sampled {
     switches: u64,
 }
 
+impl Sampled {
+    fn values(all: &[Self]) -> Vec<&[f64]> {
+        all.iter().map(|one| one.values.as_slice()).collect()
+    }
+}
+
 /// The runs of one parameter at one step.
 struct Round {
     share: f64,
     stencil: Stencil,
     values: Vec<Sampled>,
-    /// Of each column, as shares of its largest derivative: by how much orders 6 and 4 differ, and orders 4 and 2.
-    errors: Vec<[f64; 2]>,
+    /// Of each column, as shares of its largest derivative: by how much orders 6 and 4 differ, and orders 4 and 2, or slopes on both sides;
+    /// the first of them for one step as a share of the output, too.
+    errors: Vec<[f64; 3]>,
     /// Samples that events pass.
     marked: Vec<bool>,
 }
@@ -113,6 +125,7 @@ impl Search<'_> {
         };
         let fine = self.variants.level(nominal, &[], tolerances[0], 0.5)?;
         let coarse = self.variants.level(nominal, &[], tolerances[1], 1.0)?;
+        let there = sampled(&self.variants.run(&[], &fine)?, self.wanted, self.times).values;
         let ended = AtomicUsize::new(0);
         let expected = parameters.len() * (Stencil::Central.places().len() + 2);
         let progress = || {
@@ -125,7 +138,7 @@ impl Search<'_> {
         let mut runs = vec![0; parameters.len()];
         for round in 0..MOST_ROUNDS {
             let mut next = Vec::new();
-            let made = self.rounds(parameters, &open, (round == 0, &fine), &progress);
+            let made = self.rounds(parameters, &open, (round == 0, &fine, &there), &progress);
             for ((number, share), made) in open.iter().zip(made) {
                 runs[*number] += Stencil::Central.places().len();
                 let rounds = &mut all[*number];
@@ -161,7 +174,7 @@ impl Search<'_> {
             };
             let rough: Result<Vec<Sampled>, _> = pool::each(jobs, self.request.jobs, one).into_iter().collect();
             let runs = runs + places.len();
-            let judged = self.judge(nominal, parameter, (&rounds, &choices, main), &rough?);
+            let judged = self.judge(nominal, parameter, (&rounds, &choices, main), (&there, &rough?));
             let tolerance = Some(tolerances[0]).filter(|_| !matches!(nominal.kind, Kind::Fixed(_)));
             found.push(Found { runs, tolerance, ..judged });
         }
@@ -173,7 +186,7 @@ impl Search<'_> {
         &self,
         parameters: &[Parameter],
         open: &[(usize, f64)],
-        (first, fine): (bool, &Way),
+        (first, fine, there): (bool, &Way, &[f64]),
         progress: &(dyn Fn() + Sync),
     ) -> Vec<Result<Round, SessionError>> {
         let places = |stencil: Stencil, number: usize, share: f64| {
@@ -207,7 +220,7 @@ impl Search<'_> {
                 };
                 self.at_these_times(&parameters[*number], &own)?;
                 let values: Vec<Sampled> = own.into_iter().collect::<Result<_, _>>()?;
-                Ok(self.round(&parameters[*number], *share, stencil, values))
+                Ok(self.round(&parameters[*number], (*share, stencil), there, values))
             })
             .collect()
     }
@@ -239,29 +252,44 @@ impl Search<'_> {
         Err(SessionError::one(self.variants.document.source(), error.help(help)))
     }
 
-    /// Judges a round, column by column.
-    fn round(&self, parameter: &Parameter, share: f64, stencil: Stencil, values: Vec<Sampled>) -> Round {
+    /// Judges a round, column by column. `there`: what is differenced, at the parameter's own value.
+    fn round(
+        &self,
+        parameter: &Parameter,
+        (share, stencil): (f64, Stencil),
+        there: &[f64],
+        values: Vec<Sampled>,
+    ) -> Round {
         let step = share * base(parameter.value);
-        let rows: Vec<&[f64]> = values.iter().map(|one| one.values.as_slice()).collect();
+        let rows = Sampled::values(&values);
         let (count, marked) = (rows[0].len(), passed(&values));
         let samples = self.samples(count);
         let of_outputs = samples * self.wanted.outputs.len();
         let good = |k: &usize| rows[0][*k].is_finite() && (*k >= of_outputs || !marked[*k % samples]);
         let errors = columns(self.wanted, count).enumerate().map(|(number, column)| {
             let natural = self.natural.get(number).copied().unwrap_or(0.0);
-            let (mut size, mut level, mut errors) = (0.0_f64, natural, [0.0_f64; 2]);
+            let (mut size, mut level, mut errors, mut bends) = (0.0_f64, natural, [0.0_f64; 2], [0.0_f64; 2]);
             for k in column.filter(good) {
                 let [d2, d4, d6] = [0, 1, 2].map(|order| stencil.derivative(order, &rows, k, step));
                 size = size.max(d6.abs());
                 level = level.max(rows[0][k].abs());
                 errors = [errors[0].max((d6 - d4).abs()), errors[1].max((d4 - d2).abs())];
+                bends = [0, 1].map(|order| bends[order].max(stencil.bend(order, there, &rows, k, step).abs()));
             }
             let base = base(parameter.value);
-            let least = errors[0].max(ROUND_OFF * level / step);
+            let round_off = ROUND_OFF * level / step;
+            if bends[1] > BENT * errors[0].max(round_off) {
+                errors[0] = bends[1];
+            }
+            if bends[0] > UNLIKELY * size {
+                errors[1] = errors[1].max(bends[0]);
+            }
+            let least = errors[0].max(round_off);
             // What the number does not change is nothing but round-off, which grows smaller with every larger step.
             let none = is_none(size * base, least * base, level);
             let size = size.max(LEAST * level / base);
-            if size > 0.0 && !none { errors.map(|error| error / size) } else { [0.0; 2] }
+            let [fine, rough] = errors;
+            if size > 0.0 && !none { [fine / size, rough / size, fine * step / level] } else { [0.0; 3] }
         });
         let errors = errors.collect();
         Round { share, stencil, errors, marked, values }
@@ -277,11 +305,10 @@ impl Search<'_> {
         nominal: &Nominal,
         parameter: &Parameter,
         (rounds, choices, main): (&[Round], &[usize], usize),
-        rough: &[Sampled],
+        (there, rough): (&[f64], &[Sampled]),
     ) -> Found {
-        let rows: Vec<Vec<&[f64]>> =
-            rounds.iter().map(|round| round.values.iter().map(|one| one.values.as_slice()).collect()).collect();
-        let others: Vec<&[f64]> = rough.iter().map(|one| one.values.as_slice()).collect();
+        let rows: Vec<Vec<&[f64]>> = rounds.iter().map(|round| Sampled::values(&round.values)).collect();
+        let others = Sampled::values(rough);
         let step = |round: usize| rounds[round].share * base(parameter.value);
         let of = |round: usize, order: usize, k: usize| {
             rounds[round].stencil.derivative(order, &rows[round], k, step(round))
@@ -296,8 +323,24 @@ impl Search<'_> {
                 derivative[k] = of(*round, 2, k);
                 own.push((derivative[k] - of(*round, 1, k)).abs() + of_steps.abs());
             }
-            // Where another round is elsewhere by more than it leaves open, orders agree by chance in this one: a kink between its runs.
-            for other in (0..rounds.len()).filter(|other| other != round) {
+            let level = column.clone().map(|k| rows[*round][0][k].abs()).filter(|x| x.is_finite());
+            let natural = self.natural.get(number).copied().unwrap_or(0.0);
+            let least = ROUND_OFF * level.fold(natural, f64::max) / step(*round);
+            // At a kink all central differences agree.
+            let open = own.clone();
+            for (place, k) in column.clone().enumerate() {
+                let bend = rounds[*round].stencil.bend(1, there, &rows[*round], k, step(*round)).abs();
+                if bend > APART * largest_near(&open, place, least) {
+                    own[place] = own[place].max(bend);
+                }
+            }
+            // Where another round is elsewhere by more than it leaves open, orders agree by chance in this one: a kink between its runs. Not
+            // so where the kink is between those of a larger step only.
+            let tells = |other: &usize| {
+                let of = |round: usize| (rounds[round].share, rounds[round].errors[number][2]);
+                other != round && (of(*other).0 < of(*round).0 || of(*other).1 <= NOISE)
+            };
+            for other in (0..rounds.len()).filter(tells) {
                 let open: Vec<f64> = column.clone().map(|k| (of(other, 2, k) - of(other, 1, k)).abs()).collect();
                 for (place, k) in column.clone().enumerate() {
                     let apart = (derivative[k] - of(other, 2, k)).abs() - APART * largest_near(&open, place, 0.0);
@@ -314,10 +357,6 @@ impl Search<'_> {
                 disagree += rough.iter().filter(|rough| **rough).count();
             }
             // Differences that agree by chance say nothing: those of neighbours count, and what round-off leaves at least.
-            let level = column.clone().map(|k| rows[*round][0][k].abs()).filter(|x| x.is_finite());
-            let natural = self.natural.get(number).copied().unwrap_or(0.0);
-            let level = level.fold(natural, f64::max);
-            let least = ROUND_OFF * level / step(*round);
             for (place, k) in column.enumerate() {
                 error[k] = if rough[place] { f64::NAN } else { largest_near(&own, place, least) };
             }
@@ -384,15 +423,20 @@ fn next_share(rounds: &[Round], before: Option<(usize, f64)>) -> Option<f64> {
     let passed = |round: &Round| round.marked.iter().filter(|marked| **marked).count();
     let passes_more = rounds.iter().any(|round| passed(round) < passed(last));
     // A smooth function whose order 2 is off by so much leaves about its square to order 4. Less is that of a polynomial, or chance.
-    let by_chance = |[fine, rough]: &[f64; 2]| *rough > UNLIKELY && *fine < 0.1 * rough * rough;
+    let by_chance = |[fine, rough, _]: &[f64; 3]| *rough > UNLIKELY && *fine < 0.1 * rough * rough;
     if rounds.len() == 1 && last.errors.iter().any(by_chance) {
         return Some(0.3 * last.share);
     }
-    if error <= GOOD || passes_more || before.is_some_and(|(_, before)| error > 0.5 * before) {
+    if error <= GOOD || passes_more {
         return None;
     }
     let best = &rounds[choice(rounds, column)];
-    let [fine, rough] = best.errors[column];
+    let [fine, rough, open] = best.errors[column];
+    if before.is_some_and(|(_, before)| error > 0.5 * before) {
+        // Not round-off, which larger steps make less of: kinks between the runs, which smaller ones leave outside.
+        let smallest = rounds.iter().map(|round| round.share).fold(f64::INFINITY, f64::min);
+        return Some(0.1 * smallest).filter(|_| open > NOISE && smallest > 0.2 * rounds[0].share);
+    }
     let wanted = if rough > FAR_TOO_LARGE {
         0.03 * best.share
     } else if fine < 0.1 * rough {

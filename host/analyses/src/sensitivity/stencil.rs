@@ -19,6 +19,8 @@ const ONE_SIDED: [[f64; 7]; 3] = [
 ];
 /// Weights on the differences of the values at 1, 2 and 3 steps on both sides.
 const CENTRAL: [[f64; 3]; 3] = [[0.5, 0.0, 0.0], [2.0 / 3.0, -1.0 / 12.0, 0.0], [0.75, -0.15, 1.0 / 60.0]];
+/// Weights on the means of the values at 1, 2 and 3 steps on both sides, over the value between them: for |x|, and without even powers.
+const BENT: [[f64; 3]; 2] = [[2.0, -0.5, 0.0], [2.5, -1.0, 1.0 / 6.0]];
 
 impl Stencil {
     /// The places, in steps; those of the derivative of order 2 come first.
@@ -47,6 +49,17 @@ impl Stencil {
         sign * weighted.map(|(value, weight)| weight * (value[k] - values[0][k])).sum::<f64>() / step
     }
 
+    /// Half of what the slopes on the two sides of a value differ by, to order 3 or 5 (`order` 0, 1): none where entry `k` is smooth. Central
+    /// derivatives do not see it at the value itself. `there`: what it is at the value; nothing is known of one side alone.
+    pub(crate) fn bend(self, order: usize, there: &[f64], values: &[&[f64]], k: usize, step: f64) -> f64 {
+        if self != Self::Central {
+            return 0.0;
+        }
+        let means = values.chunks(2).zip(BENT[order]);
+        means.map(|(pair, weight)| 0.5 * weight * ((pair[0][k] - there[k]) + (pair[1][k] - there[k]))).sum::<f64>()
+            / step
+    }
+
     pub(crate) fn words(self) -> &'static str {
         match self {
             Self::Central => "central",
@@ -73,6 +86,21 @@ mod tests {
                 assert!((1..=order).all(|degree| error(degree) < 1e-13), "{stencil:?} {order}");
                 assert!(error(order + 1) > 1e-6, "{stencil:?} {order}: {}", error(order + 1));
             }
+        }
+    }
+
+    #[test]
+    fn slopes_that_differ_at_the_value_itself_are_seen_and_powers_are_none() {
+        let places = Stencil::Central.places();
+        let bend = |order: usize, of: &dyn Fn(f64) -> f64| {
+            let values: Vec<Vec<f64>> = places.iter().map(|place| vec![of(0.5 * place)]).collect();
+            let values: Vec<&[f64]> = values.iter().map(Vec::as_slice).collect();
+            Stencil::Central.bend(order, &[of(0.0)], &values, 0, 0.5)
+        };
+        for (order, degree) in [3, 5].into_iter().enumerate() {
+            assert!((bend(order, &|x| (-x).max(3.0 * x)) - 2.0).abs() < 1e-14);
+            assert!((1..=degree).all(|power| bend(order, &|x| (1.0 + x).powi(power)).abs() < 1e-13), "{degree}");
+            assert!(bend(order, &|x| (1.0 + x).powi(degree + 1)).abs() > 1e-2, "{degree}");
         }
     }
 
