@@ -50,3 +50,27 @@ fn a_rod_that_rocks_to_rest() {
     );
     slides_as_pressed(&text, 10.0, 0.2);
 }
+
+/// Places are known to round-off of their distance from the origin. High up that is more than what counts as zero on the ground: between two
+/// places a ball came no nearer to its plane, in half a million steps.
+#[test]
+fn a_ball_bounces_alike_however_high_the_ground_is() {
+    for height in [0.0, 500.0, 2000.0, 3000.0, 1e5] {
+        let text = format!(
+            "{HEAD}[[body]]\nname = \"body\"\nmass = 1\nparticle = true\nposition = [0, 0, {:?}]\n\
+             [[joint]]\nname = \"floor\"\ntype = \"plane-contact\"\nbodies = [\"ground\", \"body\"]\n\
+             frames = [{{ position = [0, 0, {height:?}], axis = [0, 0, 1] }}, {{}}]\nparams.restitution = 0.8\n\
+             [[output]]\nname = \"z\"\nquantity = \"position\"\nof = \"body\"\ncomponent = \"z\"\n",
+            height + 1.0
+        );
+        let report = run(&text, &[]);
+        let fall = (2.0_f64 / 9.81).sqrt();
+        let impacts: Vec<f64> = report.events.iter().map(|event| event.time).collect();
+        for (k, time) in impacts.iter().enumerate() {
+            // The first after a fall, each further one after twice as long, less what was lost.
+            let expected = fall * (1.0 + 2.0 * (1..=k as i32).map(|bounce| 0.8_f64.powi(bounce)).sum::<f64>());
+            assert!((time - expected).abs() < 1e-7, "{height}: {time} in place of {expected}");
+        }
+        assert!(impacts.len() == 4 && report.summary.steps < 100, "{height}: {} steps", report.summary.steps);
+    }
+}

@@ -88,6 +88,7 @@ pub use pair::{Estimate, Pair, Row};
 pub use radau5::{Radau5, Radau9};
 pub use rk4::Rk4;
 pub use run::{Run, Trouble};
+pub use stops::ZERO as STOPPED;
 pub use system::{Accepted, Entries, Failure, Flow, Guard, GuardSet, Guards, Price, System, Watched};
 
 impl Options {

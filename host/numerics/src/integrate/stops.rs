@@ -13,8 +13,8 @@ use super::events::Again;
 use super::interpolation::Interpolation;
 use super::run::{Run, Trouble};
 
-/// Values below this are zero.
-const ZERO: f64 = 1e-13;
+/// Values of [`System::stopping`](super::System::stopping) below this are zero.
+pub const ZERO: f64 = 1e-13;
 /// Accuracy of the location on an interpolation, as a share of the step.
 const FINE: f64 = 1e-14;
 /// Looks at the quantities for one location.

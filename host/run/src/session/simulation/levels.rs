@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::Simulation;
 use super::contacts::{LOW, Touch};
 use crate::analysis::AnalysisError;
+use crate::integrate::STOPPED;
 
 /// How far contacts may be apart and touch, as a share of the tolerance, on the size of the scene.
 pub(super) const TOUCHING: f64 = 1e-3;
@@ -97,6 +98,8 @@ impl Simulation<'_> {
         }
         self.stop_values(t, state, &mut values)?;
         let sizes = [self.scales.length, self.scales.speed_scale()];
+        // Nothing is nearer to zero than round-off of what it is a difference of.
+        let places = [self.scales.length.max(ROUND_OFF * self.scales.far / STOPPED), sizes[1]];
         let Some(touch) = &mut self.touch else { return Ok(None) };
         // Reactions in N: a torque over the gradient of an angle.
         let force = |k: &usize| values[*k] * touch.gradients[*k];
@@ -113,7 +116,7 @@ impl Simulation<'_> {
             let (size, noise) = match touch.closed.contains(&k) {
                 true => (if largest > 0.0 { largest / touch.gradients[k] } else { 1.0 }, NO_REACTION * again),
                 // Wherever it starts, it may not get deeper.
-                false if touch.is_place(k) => (touch.size_of(k, sizes), f64::NEG_INFINITY),
+                false if touch.is_place(k) => (touch.size_of(k, places), f64::NEG_INFINITY),
                 false => (touch.size_of(k, sizes), LEAST_TOUCHING),
             };
             touch.sizes[k] = size;
