@@ -1,8 +1,8 @@
 //! Nothing is stepped over: contacts that come and go within a step, pulses in time, barriers in space, turns, contradictions.
 //!
-//! Each scene is run by every method with error control, in both coordinates, with the steps that these choose, and again with
-//! steps so short that nothing can hide in them. The two have to agree; grids of cases stand beside each other so that no single
-//! one is lucky.
+//! Each scene is run by every method with error control, in both coordinates, with the steps that these choose, and once, in
+//! coordinates of bodies, with steps so short that nothing can hide in them. They have to agree; grids of cases stand beside each other so
+//! that no single one is lucky.
 
 use odyn::diagnostics::codes;
 use odyn::results::{Remedy, Status};
@@ -88,13 +88,14 @@ fn run(scene: &str, sets: &[&str]) -> RunReport {
     session.run(None, Box::new(|_| ()), &Default::default()).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// Runs a scene in all ways and holds its output against the same with short steps, to this share of its peak.
+/// Runs a scene in all ways and holds its output against that with short steps, to this share of its peak.
 #[track_caller]
 fn agree(what: &str, scene: &str, bound: f64) {
+    let known =
+        run(scene, &["simulation.formulation=cartesian", "simulation.max_step=0.0007", "simulation.tolerance=1e-11"]);
+    let peak = known.columns[0].iter().fold(0.0_f64, |most, x| most.max(x.abs()));
     for coordinates in COORDINATES {
         let coordinates = format!("simulation.formulation={coordinates}");
-        let known = run(scene, &[&coordinates, "simulation.max_step=0.0007", "simulation.tolerance=1e-11"]);
-        let peak = known.columns[0].iter().fold(0.0_f64, |most, x| most.max(x.abs()));
         for method in METHODS {
             let found = run(scene, &[&coordinates, &format!("simulation.method={method}")]);
             assert_eq!(found.summary.status, Status::Completed, "{what}, {coordinates}, {method}");
@@ -132,6 +133,51 @@ fn pulses_in_time_are_felt() {
         let force =
             format!("type = \"translational-actuator\"\npoints = [[-50, 0, 0], [0, 0, 0]]\nparams.of_time = {force}");
         agree(what, &cart("1.0", &force), 1e-7);
+    }
+}
+
+/// A body that goes along a curve of this height from the origin, in the plane z = 0.
+fn track(height: &str) -> String {
+    format!(
+        r#"
+[plugins]
+libraries = ["odyn-joints"]
+[simulation]
+t_end = 10
+output_step = 1
+gravity = [0, -9.81, 0]
+[[body]]
+name = "cart"
+mass = 1
+inertia = [0.1, 0.1, 0.1]
+velocity = [3, 0, 0]
+[[joint]]
+name = "track"
+type = "point-on-curve"
+bodies = ["ground", "cart"]
+points = [[0, 0, 0], [0, 0, 0]]
+axis = [0, 0, 1]
+x_axis = [1, 0, 0]
+params.height = {height}
+[[output]]
+name = "x"
+quantity = "position"
+of = "cart"
+component = "x"
+"#
+    )
+}
+
+#[test]
+fn hills_far_from_the_start_are_felt() {
+    for (what, height) in [
+        ("bell", "\"0.2 exp(-(x - 15)^2)\""),
+        ("hollow", "\"-0.2 exp(-((x - 15) / 0.5)^2)\""),
+        ("ramp", "\"0.1 (1 + tanh((x - 15) / 0.3))\""),
+        ("plateau", "\"0.2 / (1 + ((x - 15) / 0.5)^16)\""),
+        ("high power", "\"0.2 (x / 20)^16\""),
+    ] {
+        agree(what, &track(height), 1e-6);
     }
 }
 

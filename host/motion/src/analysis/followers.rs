@@ -2,9 +2,10 @@
 //! affine relation between joint coordinates.
 //!
 //! An element that closes a loop is met along a whole line (plane, ...) of joint coordinates where its rows vanish on
-//! q = q0 + Z u, Z the null space of their gradients at the start. The rows are analytic functions of the coordinates, so that this
-//! holds everywhere if it holds at places that nothing distinguishes, far from the start. Then the relation takes the place of the
-//! rows: nothing is solved for, and there are no positions where the rows lose rank.
+//! q = q0 + Z u, Z the null space of their gradients at the start. Rows that are polynomials of low degree in the coordinates, and in sines
+//! and cosines of angles, are met everywhere if they are at places that nothing distinguishes, near and far. Then the relation takes the
+//! place of the rows: nothing is solved for, and there are no positions where the rows lose rank. Of other functions places tell nothing:
+//! a hill is as good as flat but for its own width.
 
 use odyn_graph::Expr;
 
@@ -20,6 +21,11 @@ const MET: f64 = 1e-12;
 const PLACES: usize = 4;
 /// How much further away each place is than the one before: rad, or lengths of the scene.
 const AWAY: f64 = 0.7;
+/// So many more places are farther away by this factor, where what is small nearby is not if it grows faster than evenly.
+const FAR_PLACES: usize = 2;
+const FAR: f64 = 1e3;
+/// Largest degree of a row in a coordinate, its sine and its cosine: less than there are places.
+const MOST_DEGREE: u32 = 4;
 /// Share of the largest gradient below which what elimination leaves is round-off.
 const DEPENDENT: f64 = 1e-9;
 /// Share of the largest coefficient of a relation from which on a coordinate may be the one that follows.
@@ -27,7 +33,7 @@ const LEAST_PIVOT: f64 = 0.05;
 /// Distance from a whole number at which a factor is taken for one.
 const WHOLE: f64 = 1e-11;
 /// Evaluations times operations beyond which no more loops are looked at.
-const MOST_WORK: usize = 50_000_000;
+const MOST_WORK: usize = 75_000_000;
 
 /// sum coefficient (q_line - q0_line) = 0
 type Relation = Vec<(usize, f64)>;
@@ -106,7 +112,55 @@ pub(super) fn followers(
     Ok(list)
 }
 
-/// The lines that rows depend on; `None` where they depend on more, or not analytically, or on no line.
+/// How a node depends on coordinates.
+#[derive(Clone, Copy)]
+struct Shape {
+    /// Of any one of them it is a polynomial of at most this degree in it, its sine and its cosine.
+    degree: u32,
+    /// Whether it is a sum of multiples of angles.
+    is_angle: bool,
+    /// All of them are from this one to that one.
+    lines: (usize, usize),
+}
+
+impl Shape {
+    const CONSTANT: Self = Self { degree: 0, is_angle: true, lines: (usize::MAX, 0) };
+
+    fn with(self, other: Self, degree: u32, is_angle: bool) -> Self {
+        let ((a, b), (c, d)) = (self.lines, other.lines);
+        Self { degree, is_angle, lines: (a.min(c), b.max(d)) }
+    }
+
+    fn plus(self, other: Self) -> Self {
+        self.with(other, self.degree.max(other.degree), self.is_angle && other.is_angle)
+    }
+
+    fn times(self, other: Self) -> Self {
+        let shared = self.lines.0.max(other.lines.0) <= self.lines.1.min(other.lines.1);
+        let degree = if shared { self.degree + other.degree } else { self.degree.max(other.degree) };
+        self.with(other, degree, self.is_angle && other.is_angle && self.degree.min(other.degree) == 0)
+    }
+
+    /// The shape of an expression, from those of its operands; `None` where it is more than a polynomial of low degree.
+    fn of(expr: Expr, input: impl Fn(usize) -> Option<Self>, at: impl Fn(Node) -> Self) -> Option<Self> {
+        let shape = match expr {
+            Expr::Constant(_) => Self::CONSTANT,
+            Expr::Input(slot) => input(slot as usize)?,
+            Expr::Add(a, b) | Expr::Sub(a, b) => at(a).plus(at(b)),
+            Expr::Neg(a) => at(a),
+            Expr::Mul(a, b) => at(a).times(at(b)),
+            Expr::Div(a, b) if at(b).degree == 0 => at(a),
+            Expr::Sin(a) | Expr::Cos(a) if at(a).is_angle => Self { is_angle: at(a).degree == 0, ..at(a) },
+            Expr::Powi(a, n) if n > 0 => {
+                Self { degree: at(a).degree.saturating_mul(n.unsigned_abs()), is_angle: at(a).degree == 0, ..at(a) }
+            }
+            _ => return None,
+        };
+        (shape.degree <= MOST_DEGREE).then_some(shape)
+    }
+}
+
+/// The lines that rows depend on; `None` where they depend on more, or other than by polynomials of low degree, or on no line.
 fn lines_of(
     joint: &JointEquations,
     rows: impl Iterator<Item = usize>,
@@ -122,12 +176,20 @@ fn lines_of(
         nodes.push(row.value);
     }
     let mut lines = Vec::new();
-    for node in joint.graph.ancestors(&nodes, |_| false) {
-        match joint.graph.expr(node) {
-            Expr::Input(slot) => lines.push(slots.binary_search(&(slot as usize)).ok()?),
-            Expr::Call { .. } | Expr::Select(..) | Expr::Table { .. } | Expr::Atan2(..) => return None,
-            _ => {}
+    let all = joint.graph.ancestors(&nodes, |_| false);
+    let mut shapes: Vec<Shape> = Vec::with_capacity(all.len());
+    for node in &all {
+        let expr = joint.graph.expr(*node);
+        if let Expr::Input(slot) = expr {
+            lines.push(slots.binary_search(&(slot as usize)).ok()?);
         }
+        let input = |slot| {
+            let line = slots.binary_search(&slot).ok()?;
+            let is_angle = joint.coordinates.lines[line].measure == Measure::Angle;
+            Some(Shape { degree: 1, is_angle, lines: (line, line) })
+        };
+        let at = |operand| shapes[all.binary_search(&operand).unwrap_or_default()];
+        shapes.push(Shape::of(expr, input, at)?);
     }
     lines.sort_unstable();
     (!lines.is_empty()).then_some(lines)
@@ -219,7 +281,8 @@ fn keep_met(
     let mut work = 0;
     let mut met = vec![true; loops.len()];
     for (_, numbers) in &together {
-        for place in 1..=PLACES {
+        for place in 1..=PLACES + FAR_PLACES {
+            let far = if place > PLACES { FAR } else { 1.0 };
             work += rows.program().operations();
             if work > MOST_WORK {
                 numbers.iter().for_each(|number| met[*number] = false);
@@ -228,7 +291,7 @@ fn keep_met(
             let mut inputs = start.to_vec();
             for item in numbers.iter().map(|number| &loops[*number]) {
                 // Anywhere, but the same at each call.
-                let away = |line: usize| AWAY * place as f64 * (1.0 + 3.0 * line as f64 + place as f64).sin();
+                let away = |line: usize| far * AWAY * place as f64 * (1.0 + 3.0 * line as f64 + place as f64).sin();
                 for relation in &item.relations {
                     let others = relation[1..].iter().map(|(line, factor)| factor * away(*line) * scale[*line]);
                     inputs[slots[relation[0].0]] -= others.sum::<f64>();
@@ -239,7 +302,7 @@ fn keep_met(
             }
             let found = rows.run(&inputs, sets)?;
             for number in numbers {
-                met[*number] &= loops[*number].rows.iter().all(|row| found[*row].abs() <= MET * naturals[*row]);
+                met[*number] &= loops[*number].rows.iter().all(|row| found[*row].abs() <= far * MET * naturals[*row]);
             }
         }
     }
