@@ -136,6 +136,21 @@ fn pulses_in_time_are_felt() {
     }
 }
 
+/// A first step over the whole run has a stage in the middle of the pulse, of which neither the new state nor the error takes notice
+/// where the stage has no weight.
+#[test]
+fn pulses_at_stages_are_felt() {
+    // Of dop853, then of dopri5.
+    for share in [0.0526, 0.0789, 0.11835, 0.28165, 0.25, 0.6513, 0.8571, 0.2, 0.3, 0.8] {
+        let force = format!(
+            "type = \"translational-actuator\"\npoints = [[-50, 0, 0], [0, 0, 0]]\nparams.of_time = \"9 exp(-((t - {}) / 0.01)^2)\"",
+            10.0 * share
+        );
+        let scene = cart("0.001", &force).replace("t_end = 10\n", "t_end = 10\nfirst_step = 10\n");
+        agree(&format!("bell at {share} of the step"), &scene, 1e-7);
+    }
+}
+
 /// A body that goes along a curve of this height from the origin, in the plane z = 0.
 fn track(height: &str) -> String {
     format!(
@@ -176,6 +191,19 @@ fn hills_far_from_the_start_are_felt() {
         ("ramp", "\"0.1 (1 + tanh((x - 15) / 0.3))\""),
         ("plateau", "\"0.2 / (1 + ((x - 15) / 0.5)^16)\""),
         ("high power", "\"0.2 (x / 20)^16\""),
+        (
+            "curve of points",
+            "{ points = [[0, 0], [15, 0], [15.1, 0.2], [15.2, 0], [40, 0]], interpolation = \"monotone\" }",
+        ),
+        // Radau's first iteration from no guess does not see them.
+        (
+            "curve of points, near",
+            "{ points = [[0, 0], [5, 0], [5.1, 0.2], [5.2, 0], [40, 0]], interpolation = \"monotone\" }",
+        ),
+        (
+            "curve of points, steep",
+            "{ points = [[0, 0], [7, 0], [7.05, 0.1], [7.1, 0], [40, 0]], interpolation = \"monotone\" }",
+        ),
     ] {
         agree(what, &track(height), 1e-6);
     }

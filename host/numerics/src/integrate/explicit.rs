@@ -47,7 +47,7 @@ pub struct Explicit {
     signs: Signs,
     /// Whether the interpolation of the step under way is needed, samples or not.
     approaching: bool,
-    /// Shares of a step at which the equations are evaluated, ascending.
+    /// Shares of a step at which the equations are evaluated and have a weight, ascending.
     seen: Vec<f64>,
     /// Time of the last switch from which on the equations are others.
     switch: Option<f64>,
@@ -83,7 +83,7 @@ impl Explicit {
             suspect: None,
             signs: Signs { step: 0.0, share: 0.0, slowness: 0.0 },
             approaching: false,
-            seen: ascending(&pair.c[..=pair.a.len()]),
+            seen: ascending(&pair.weighty()),
             switch: None,
         }
     }

@@ -8,7 +8,7 @@ pub(super) struct Interpolation<'a> {
     pub(super) end: f64,
     /// Its degree.
     pub(super) degree: usize,
-    /// The shares of the step at which the method has evaluated the equations, ascending, ends included.
+    /// The shares of the step at which the method has felt the equations, as [`super::steps::Stepper::seen`].
     pub(super) seen: &'a [f64],
     /// The state at a share of the step.
     pub(super) at: &'a dyn Fn(f64, &mut [f64]),

@@ -29,6 +29,19 @@ pub struct Pair {
     pub stability: f64,
 }
 
+impl Pair {
+    /// Where in a step functions of time are felt: at stages that have a weight in the new state or in the error estimate. What the others
+    /// alone see of a pulse changes neither.
+    pub(super) fn weighty(&self) -> Vec<f64> {
+        let estimates = match self.error {
+            Estimate::Single(row) => [row, &[]],
+            Estimate::FiveAndThree(row5, row3) => [row5, row3],
+        };
+        let rows = [self.b].into_iter().chain(estimates);
+        rows.flatten().map(|(stage, _)| self.c[*stage]).collect()
+    }
+}
+
 /// Differences of the weights from those of lower-order methods.
 #[derive(Debug)]
 pub enum Estimate {

@@ -457,9 +457,11 @@ impl<const S: usize> Adaptive for Radau<S> {
         self.control.rejected = true;
     }
 
-    /// The polynomial is no longer that of the last step.
+    /// The polynomial is no longer that of the last step. The first iteration then evaluates all stages at the start, and tells nothing of
+    /// what was missed between there and where they come to be.
     fn discard(&mut self) {
         self.control.polynomial_of = None;
+        self.control.convergence = 1.0;
     }
 
     fn forget(&mut self) {

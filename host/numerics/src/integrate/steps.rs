@@ -17,7 +17,8 @@ pub(super) trait Stepper {
     /// Share of a step by which its interpolation may be continued.
     fn reach(&self) -> f64;
 
-    /// Shares of a step at which the equations are evaluated, ascending, both ends included.
+    /// Shares of a step at which the equations are evaluated so that the new state or the error shows it, ascending, both ends
+    /// included.
     fn seen(&self) -> &[f64];
 
     /// Takes the rates at an accepted state that no step of this method has led to.
