@@ -209,6 +209,79 @@ fn hills_far_from_the_start_are_felt() {
     }
 }
 
+/// A crank whose angle is prescribed, and a bar that swings on it.
+fn swung(angle: &str) -> String {
+    format!(
+        r#"
+[plugins]
+libraries = ["odyn-joints"]
+[simulation]
+t_end = 12
+output_step = 0.5
+gravity = [0, -9.81, 0]
+[[body]]
+name = "crank"
+mass = 1
+inertia = [0.1, 0.1, 0.1]
+position = [0.5, 0, 0]
+[[body]]
+name = "bar"
+mass = 1
+inertia = [0.1, 0.1, 0.1]
+position = [1, -0.5, 0]
+[[joint]]
+name = "bearing"
+type = "revolute"
+bodies = ["ground", "crank"]
+point = [0, 0, 0]
+axis = [0, 0, 1]
+[[joint]]
+name = "drive"
+type = "rotation-driver"
+bodies = ["ground", "crank"]
+point = [0, 0, 0]
+axis = [0, 0, 1]
+params.angle = {angle}
+[[joint]]
+name = "pin"
+type = "revolute"
+bodies = ["crank", "bar"]
+point = [1, 0, 0]
+axis = [0, 0, 1]
+[[output]]
+name = "x"
+quantity = "position"
+of = "bar"
+component = "x"
+"#
+    )
+}
+
+#[test]
+fn pulses_of_drivers_are_felt() {
+    for (what, angle) in [
+        ("bell of 10 ms", "\"exp(-((t - 10.12) / 0.01)^2)\""),
+        ("bell of 100 ms", "\"0.3 exp(-((t - 6.05) / 0.1)^2)\""),
+    ] {
+        agree(what, &swung(angle), 1e-6);
+        let report = run(&swung(angle), &[]);
+        assert_eq!(report.summary.unproven, 0, "{what}");
+        assert!(!report.summary.warnings.iter().any(|warning| warning.contains("ODY0608")), "{what}");
+    }
+}
+
+/// The angle of a point on the cut, whose range is all angles however short the step.
+#[test]
+fn functions_that_cannot_be_enclosed_are_said() {
+    let force = "type = \"translational-actuator\"\npoints = [[-50, 0, 0], [0, 0, 0]]\nparams.of_time = \"atan2(exp(-((t - 2) / 0.01)^2), -1)\"";
+    let summary = run(&cart("1.0", force), &[]).summary;
+    assert_eq!(summary.status, Status::Completed, "{}", summary.reason);
+    let said = |warning: &&String| {
+        warning.starts_with("ODY0608: a function of time could not be shown to be without pulses from t = ")
+    };
+    assert_eq!(summary.warnings.iter().filter(said).count(), 1, "{:?}", summary.warnings);
+}
+
 #[test]
 fn barriers_in_space_are_felt() {
     for (what, force) in [

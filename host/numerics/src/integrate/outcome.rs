@@ -104,6 +104,8 @@ pub struct Counters {
     pub missed: usize,
     /// Pieces of steps on which nothing could be proved; decided by the values at their ends.
     pub unproven: usize,
+    /// The longest stretch of time on which a function of time could not be shown to be what the method saw of it, s.
+    pub open: Option<[f64; 2]>,
     /// How often switches followed each other so closely that steps were no longer made to end there, for a while.
     pub chatters: usize,
     /// Smallest accepted step; 0 without any.
@@ -112,6 +114,16 @@ pub struct Counters {
     pub h_max: f64,
     /// What was done where the plain way did not get on.
     pub recoveries: Recoveries,
+}
+
+impl Counters {
+    /// Notes a stretch of time for [`Counters::open`].
+    pub(super) fn leave_open(&mut self, stretch: [f64; 2]) {
+        let length = |[from, to]: [f64; 2]| to - from;
+        if self.open.is_none_or(|open| length(stretch) > length(open)) {
+            self.open = Some(stretch);
+        }
+    }
 }
 
 impl std::ops::AddAssign for Counters {
@@ -124,6 +136,7 @@ impl std::ops::AddAssign for Counters {
         };
         self.h_max = self.h_max.max(next.h_max);
         self.stiff_from = self.stiff_from.or(next.stiff_from);
+        next.open.into_iter().for_each(|stretch| self.leave_open(stretch));
         for (sum, count) in [
             (&mut self.steps, next.steps),
             (&mut self.rejected, next.rejected),

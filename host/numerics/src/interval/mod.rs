@@ -141,24 +141,29 @@ impl Interval {
     /// Cosine.
     #[must_use]
     pub fn cos(self) -> Self {
-        use std::f64::consts::PI;
-        if self.width().is_nan() || self.width() >= 2.0 * PI {
-            return Self::new(-1.0, 1.0);
-        }
-        let ends = Self::between(self.low.cos(), self.high.cos());
-        // Multiples of pi inside: maxima at even, minima at odd ones.
-        let (first, last) = ((self.low / PI).ceil(), (self.high / PI).floor());
-        let has = |odd: bool| {
-            let k = if (first.rem_euclid(2.0) != 0.0) == odd { first } else { first + 1.0 };
-            k <= last
-        };
-        Self { low: if has(true) { -1.0 } else { ends.low }, high: if has(false) { 1.0 } else { ends.high } }
+        self.wave(f64::cos, 0.0)
     }
 
     /// Sine.
     #[must_use]
     pub fn sin(self) -> Self {
-        (self - Self::point(std::f64::consts::FRAC_PI_2)).cos()
+        self.wave(f64::sin, 0.5)
+    }
+
+    /// A cosine whose first maximum is at this multiple of pi.
+    fn wave(self, f: impl Fn(f64) -> f64, first: f64) -> Self {
+        use std::f64::consts::PI;
+        if self.width().is_nan() || self.width() >= 2.0 * PI {
+            return Self::new(-1.0, 1.0);
+        }
+        let ends = Self::between(f(self.low), f(self.high));
+        // Extremes inside, by their numbers: even ones are maxima, odd ones minima.
+        let (least, most) = ((self.low / PI - first).ceil(), (self.high / PI - first).floor());
+        let has = |odd: bool| {
+            let k = if (least.rem_euclid(2.0) != 0.0) == odd { least } else { least + 1.0 };
+            k <= most
+        };
+        Self { low: if has(true) { -1.0 } else { ends.low }, high: if has(false) { 1.0 } else { ends.high } }
     }
 
     /// Angle of the points (x, self), in -pi to pi; all angles where the points surround the origin or cross the negative

@@ -119,6 +119,17 @@ fn polynomials_lie_within_their_ranges_on_every_piece() {
     }
 }
 
+/// What is exactly zero stays so: beside nothing else, round-off would be all there is.
+#[test]
+fn waves_of_a_point_are_those_of_numbers() {
+    for x in [0.0, 0.3, -2.0, 700.0] {
+        let point = Interval::point(x);
+        assert_eq!((point.sin(), point.cos()), (Interval::point(x.sin()), Interval::point(x.cos())));
+    }
+    let (sine, half) = (Interval::new(1.0, 2.0).sin(), Interval::new(-2.0, 0.0).sin());
+    assert_eq!((sine.low, sine.high, half.low, half.high), (1.0_f64.sin(), 1.0, -1.0, 0.0));
+}
+
 #[test]
 fn slopes_make_ranges_sharp() {
     // x (1 - x) on a short piece: the product of ranges is wide, the mean value form is not.

@@ -164,6 +164,7 @@ impl Session {
                 summary.newton_iterations = counters.newton_iterations as u64;
                 summary.enclosures = counters.enclosed as u64;
                 summary.unproven = counters.unproven as u64;
+                summary.warnings.extend(counters.open.map(|stretch| self.left_open(stretch)));
                 summary.newton_factorisations = counters.factorisations as u64;
                 let recoveries = &counters.recoveries;
                 let taken = [
@@ -224,6 +225,18 @@ impl Session {
                 Some(error)
             }
         }
+    }
+
+    /// A stretch of time, s, on which a pulse could hide.
+    fn left_open(&self, stretch: [f64; 2]) -> String {
+        let units = &self.scene.units;
+        let [from, to] = stretch.map(|t| significant(t / units.factor(Dimension::TIME), 6));
+        format!(
+            "{}: a function of time could not be shown to be without pulses from t = {from} to {to} {}: if it has one there, limit \
+             the steps (`max_step`) to less than its width",
+            codes::LEFT_OPEN,
+            units.label(Dimension::TIME)
+        )
     }
 
     /// What ended an integration, in words.
