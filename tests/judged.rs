@@ -458,6 +458,52 @@ fn a_driver_with_a_kink_is_named() {
     }
 }
 
+/// Where time determines the motion, nothing is integrated; a kink is the same.
+#[test]
+fn a_driver_with_a_kink_is_named_where_nothing_is_free() {
+    for angle in [
+        "\"10 min(t, 0.5)\"",
+        "\"3 max(0, t - 0.5)\"",
+        "{ points = [[-1, -2], [0, 0], [0.25, 0.6], [0.5, 1]], interpolation = \"monotone\" }",
+    ] {
+        let text = format!(
+            r#"
+[plugins]
+libraries = ["odyn-joints"]
+[simulation]
+t_end = 2
+output_step = 0.1
+gravity = [0, -9.81, 0]
+[[body]]
+name = "crank"
+mass = 1
+inertia = [0.1, 0.1, 0.1]
+position = [0.5, 0, 0]
+[[joint]]
+name = "bearing"
+type = "revolute"
+bodies = ["ground", "crank"]
+point = [0, 0, 0]
+axis = [0, 0, 1]
+[[joint]]
+name = "drive"
+type = "rotation-driver"
+bodies = ["ground", "crank"]
+point = [0, 0, 0]
+axis = [0, 0, 1]
+params.angle = {angle}
+"#
+        );
+        for sets in [&[][..], &["simulation.without=[\"kinematic\"]"], &["simulation.formulation=cartesian"]] {
+            let summary = run(&text, sets).summary;
+            let seen = (summary.status, summary.code);
+            assert_eq!(seen, (Status::Suspect, Some(codes::AUDIT_CONSTRAINTS)), "{angle} {sets:?}: {}", summary.reason);
+            assert!(summary.reason.contains("in drive: ") && summary.reason.contains("(t = 0.5"), "{}", summary.reason);
+            assert!(summary.reason.contains("it has a kink there"), "{angle} {sets:?}: {}", summary.reason);
+        }
+    }
+}
+
 /// A weight that is drawn through the sheave from which it hangs: the strand's length is a root there, with a kink.
 #[test]
 fn a_strand_whose_points_meet_is_named() {

@@ -13,7 +13,7 @@
 
 use super::events::Events;
 use super::interpolation::{Interpolation, hermite};
-use super::run::{Run, Trouble, all_finite};
+use super::run::{Run, Trouble, all_finite, final_trouble_of};
 use super::steps::RECOVERY_FACTOR;
 use super::{Accepted, Integrator, Options, StopReason};
 
@@ -97,6 +97,7 @@ impl Integrator for Kinematic {
                     if let Some(wanted) = events.beyond_break(run) {
                         h = h.max(wanted);
                         if run.t < run.span.t_end {
+                            self.turn(run, y, t_new)?;
                             run.rhs(run.t, y, &mut self.rates[0], 0.0)?;
                         }
                     }
@@ -165,6 +166,27 @@ impl Kinematic {
             }
         }
         worst
+    }
+
+    /// Beyond a place where functions of time are not smooth, before which the step ended at `end`: where they have a kink, the state is
+    /// off there by what no step would make up for, and a step of no length brings it to the far side.
+    fn turn(&mut self, run: &mut Run<'_>, y: &mut [f64], end: f64) -> Result<(), Trouble> {
+        if run.t == end {
+            return Ok(());
+        }
+        // What a table does behind its last point begins just behind it.
+        let beyond = (run.t + run.smallest_step()).min(run.span.t_end);
+        self.y_new.copy_from_slice(y);
+        run.counters.projections += 1;
+        run.system.project_across(beyond, &mut self.y_new).map_err(|failure| final_trouble_of(failure, beyond))?;
+        for ((error, was), is) in self.error.iter_mut().zip(&*y).zip(&self.y_new) {
+            *error = was - is;
+        }
+        if run.system.error_norm(y, &self.y_new, &self.error) <= 1.0 {
+            return Ok(());
+        }
+        run.t = end;
+        self.finish_step(run, y, beyond)
     }
 
     /// The size of the step to be tried instead of one that missed something between its nodes.

@@ -355,7 +355,7 @@ pub(super) fn trouble_of(failure: Failure, t: f64, step: f64) -> Trouble {
 }
 
 /// Trouble that no other step size would avoid.
-fn final_trouble_of(failure: Failure, t: f64) -> Trouble {
+pub(super) fn final_trouble_of(failure: Failure, t: f64) -> Trouble {
     match trouble_of(failure, t, 0.0) {
         Trouble::Retry(reason) => Trouble::Stop(reason),
         other => other,

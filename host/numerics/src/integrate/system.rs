@@ -77,6 +77,15 @@ pub trait System {
         Ok(())
     }
 
+    /// Brings a state to the far side of a place where functions of time are not smooth, beyond which no step has led: it is off by what
+    /// they do there, not by a guess.
+    ///
+    /// # Errors
+    /// See [`Failure`].
+    fn project_across(&mut self, t: f64, y: &mut [f64]) -> Result<(), Failure> {
+        self.project(t, y)
+    }
+
     /// Brings a state inside a step, which is off the manifold by the error of an interpolation, back to it. Nothing is remembered
     /// of it.
     ///

@@ -20,6 +20,11 @@ use crate::results::AuditLimits;
 pub(super) const JUMP: f64 = 1e-4;
 const JUMP_OVER_TOLERANCE: f64 = 1e4;
 
+/// That share at a tolerance.
+pub(super) fn jump(tolerance: f64) -> f64 {
+    JUMP.max(JUMP_OVER_TOLERANCE * tolerance)
+}
+
 /// What a run is made with.
 struct Setup {
     engine: String,
@@ -154,7 +159,7 @@ impl Prepared {
         system.bound_energy_of_steps(limits.energy);
         // Determined motions are found by these corrections, from a guess.
         if fixed_step.is_none() && !session.determined {
-            system.bound_corrections(JUMP.max(JUMP_OVER_TOLERANCE * tolerance));
+            system.bound_corrections(jump(tolerance));
         }
         if !session.pruning.on_demand {
             system.solve_at_samples();

@@ -7,6 +7,7 @@ use crate::integrate::{Accepted, Entries, Failure, Flow, Guards, IntegrateError,
 use crate::interval::Range;
 use crate::linalg::LinalgError;
 use crate::program::Equations;
+use crate::session::prepared::jump;
 
 /// The error test controls the ends of steps; results interpolated inside are about this much less accurate (seen: 2 to 27
 /// times), and it is results that a tolerance is about.
@@ -166,6 +167,15 @@ impl System for Simulation<'_> {
         }
         self.certify(t, y).map_err(failure)?;
         self.formulation.next_step(t, y).map_err(failure)
+    }
+
+    /// Corrections are bounded, whether or not they are elsewhere.
+    fn project_across(&mut self, t: f64, y: &mut [f64]) -> Result<(), Failure> {
+        let elsewhere = self.most_off;
+        self.bound_corrections(jump(self.tolerance));
+        let turned = self.project(t, y);
+        self.bound_corrections(elsewhere);
+        turned
     }
 
     fn bring_back(&mut self, t: f64, y: &mut [f64]) -> Result<(), Failure> {
