@@ -31,7 +31,7 @@ use nalgebra::{DMatrix, DVector};
 use super::constraints::{Constraints, mass_values};
 use super::formulation::AnalysisError;
 use super::working::clusters;
-use crate::linalg::{Clusters, KktSolver, KktStructure, SparseFirst};
+use crate::linalg::{Clusters, KktSolver, KktStructure, SparseFirst, connected_blocks};
 use crate::model::Model;
 use crate::plan::{Layout, body_scales};
 use crate::program::{Contact, Equations, Friction, Sets, Used};
@@ -41,6 +41,10 @@ use smallest::{block, smallest};
 const RANK_TOLERANCE: f64 = 1e-9;
 /// Share of the accelerations in a scene below which a contact's is none.
 const NO_ACCELERATION: f64 = 1e-9;
+/// Share of the largest acceleration in a scene below which all are round-off.
+const LEAST_ACCELERATION: f64 = 1e-5;
+/// Share of what two rows would have to do with each other if nothing but they held their bodies below which it is round-off.
+const APART: f64 = 1e-13;
 /// Share of the speeds in a scene below which a contact's is none.
 const NO_SPEED: f64 = 1e-11;
 
@@ -135,6 +139,10 @@ pub struct Meeting {
     /// Delassus' matrix of bodies that all have the same mass: what rows have to do with each other, as a question of geometry.
     geometry: DMatrix<f64>,
     bearing: Bearing,
+    /// Rows that have to do with each other: what touches a body whose motion is prescribed moves nothing else by it.
+    blocks: Vec<Vec<usize>>,
+    /// How large accelerations are around each row, m/s^2: see [`Meeting::accelerations`].
+    around: Vec<f64>,
     /// Numbers of the rows among all.
     rows: Vec<usize>,
     /// Where each contact's rows begin; then their number.
@@ -246,6 +254,13 @@ impl Contacts {
         if square > 0.0 { square.sqrt() } else { 1.0 }
     }
 
+    /// How much of a row's rate an impulse along it changes if no other row holds its bodies, 1/kg.
+    fn alone(&self, entries: &[(usize, f64)]) -> f64 {
+        let places = self.structure.mass.iter().zip(&self.mass);
+        let of = |column: usize| places.clone().find(|((row, other), _)| *row == column && *other == column);
+        entries.iter().filter_map(|(column, slope)| Some(slope * slope / of(*column)?.1)).sum()
+    }
+
     /// The Jacobian of the rows that always hold, and of these contacts and their frictions, where [`Contacts::look`] looked last.
     #[must_use]
     pub fn gradients(&self, touching: &[usize]) -> Vec<f64> {
@@ -316,19 +331,21 @@ impl Contacts {
         let answers = self.responses(&mut solver, &jacobian, true)?;
         let driven = self.driven(&answers);
         let responses: Vec<Vec<f64>> = answers.into_iter().map(|(velocities, _)| velocities).collect();
-        let delassus = delassus(&jacobian, &responses);
+        let sizes: Vec<f64> = jacobian.iter().map(|entries| self.size(entries)).collect();
+        let delassus = coupled(&jacobian, &responses, |k| self.alone(&jacobian[k]));
         let rates = DVector::from_fn(rows.len(), |i, _| dot(&jacobian[i], velocities) + times[i]);
         // The same of bodies that all have one mass.
         let unit = |(row, column): &(usize, usize)| if row == column { self.unit(*column).powi(-2) } else { 0.0 };
         solver.set_mass(&self.structure.mass.iter().map(unit).collect::<Vec<_>>())?;
         solver.refactor(&values)?;
         let (of_geometry, taken): (Vec<_>, Vec<_>) = self.responses(&mut solver, &jacobian, false)?.into_iter().unzip();
-        let geometry = self::delassus(&jacobian, &of_geometry);
+        let geometry = coupled(&jacobian, &of_geometry, |k| sizes[k].powi(2));
         let always = self.always.iter().map(|row| (*row, self.row(*row)));
         let bearing = Bearing::new(always, |entries| self.size(entries), taken);
-        let sizes: Vec<f64> = jacobian.iter().map(|entries| self.size(entries)).collect();
         grips.iter_mut().for_each(|grip: &mut Grip| grip.look(&geometry, &sizes));
         Ok(Meeting {
+            blocks: blocks_of([&delassus, &geometry], &first, &grips),
+            around: vec![0.0; rows.len()],
             geometry,
             bearing,
             restitution: touching.iter().map(|k| self.contacts[*k].restitution).collect(),
@@ -362,9 +379,27 @@ fn dot(entries: &[(usize, f64)], v: &[f64]) -> f64 {
     entries.iter().map(|(column, slope)| slope * v[*column]).sum()
 }
 
-/// Delassus' matrix of some rows.
-fn delassus(jacobian: &[Vec<(usize, f64)>], responses: &[Vec<f64>]) -> DMatrix<f64> {
-    DMatrix::from_fn(jacobian.len(), jacobian.len(), |i, j| dot(&jacobian[i], &responses[j]))
+/// Delassus' matrix of some rows, without round-off between those that rows that always hold keep apart; `alone`: what its diagonal would
+/// be without these.
+fn coupled(jacobian: &[Vec<(usize, f64)>], responses: &[Vec<f64>], alone: impl Fn(usize) -> f64) -> DMatrix<f64> {
+    let alone: Vec<f64> = (0..jacobian.len()).map(|k| alone(k).sqrt()).collect();
+    DMatrix::from_fn(jacobian.len(), jacobian.len(), |i, j| {
+        let entry = dot(&jacobian[i], &responses[j]);
+        if i != j && entry.abs() <= APART * alone[i] * alone[j] { 0.0 } else { entry }
+    })
+}
+
+/// Rows that have to do with each other, by these matrices or as those of one contact and its friction.
+fn blocks_of(matrices: [&DMatrix<f64>; 2], first: &[usize], grips: &[Grip]) -> Vec<Vec<usize>> {
+    let n = matrices[0].nrows();
+    let pairs = (0..n).flat_map(|i| (0..i).map(move |j| (i, j)));
+    let coupled = pairs.filter(|(i, j)| matrices.iter().any(|a| a[(*i, *j)] != 0.0 || a[(*j, *i)] != 0.0));
+    let of_contacts = first.windows(2).flat_map(|own| (own[0]..own[1]).map(|row| (own[0], row)));
+    let of_grips = grips.iter().flat_map(|grip| {
+        let with = grip.contact.map_or(grip.rows[0], |contact| first[contact]);
+        grip.rows.iter().map(move |row| (with, *row))
+    });
+    connected_blocks(n, coupled.chain(of_contacts).chain(of_grips))
 }
 
 impl Meeting {
@@ -391,9 +426,9 @@ impl Meeting {
         self.rate(k).abs() <= self.no_rate(k, speed)
     }
 
-    /// How small an acceleration of the k-th of them is none, where accelerations are of this size.
-    fn no_acceleration(&self, k: usize, acceleration: f64) -> f64 {
-        NO_ACCELERATION * acceleration * self.sizes[self.first[k]]
+    /// How small an acceleration of a row is none.
+    fn no_acceleration(&self, row: usize) -> f64 {
+        NO_ACCELERATION * self.around[row] * self.sizes[row]
     }
 
     /// The largest acceleration that touching contacts would give, each with a reaction of this size, m/s^2.
@@ -419,10 +454,10 @@ impl Meeting {
     /// A rough contact that would be pressed if it could slide, and that would have to pull in order not to (or hardly pushes, and is about
     /// to), where rows have these accelerations while all contacts are open.
     #[must_use]
-    pub fn pulling(&self, of_rows: &DVector<f64>, [speed, acceleration]: [f64; 2]) -> Option<usize> {
+    pub fn pulling(&self, of_rows: &DVector<f64>, speed: f64) -> Option<usize> {
         (0..self.touching.len()).find(|k| {
             let rows: Vec<usize> = (self.first[*k]..self.first[*k + 1]).collect();
-            let (normal, none) = (rows[0], self.no_acceleration(*k, acceleration));
+            let (normal, none) = (rows[0], self.no_acceleration(rows[0]));
             let hardly = |force: f64| force * self.delassus[(normal, normal)] <= none;
             let is_pressed = of_rows[normal] < -none;
             rows.len() > 1 && self.stays(*k, speed) && is_pressed && hardly(self.stopping(&rows, of_rows)[0])
@@ -463,31 +498,58 @@ impl Meeting {
     }
 
     /// Accelerations c'' of all rows where bodies have these accelerations, six each, and velocities that belong to the gammas.
+    ///
+    /// Takes note of how large accelerations are around each row, among the rows that have to do with it: by what its own is made of, by what
+    /// these weights of bodies, six each, would give it, and by what contacts would that press with these reactions. What moves elsewhere, or
+    /// presses on what others hold, says nothing of it, but for round-off of the `largest` acceleration in the scene, m/s^2.
     #[must_use]
-    pub fn accelerations(&self, of_bodies: &[f64], gammas: &[f64]) -> DVector<f64> {
-        DVector::from_fn(self.rows.len(), |i, _| dot(&self.jacobian[i], of_bodies) - gammas[self.rows[i]])
+    pub fn accelerations(
+        &mut self,
+        (of_bodies, gammas): (&[f64], &[f64]),
+        weights: &[f64],
+        reaction: impl Fn(usize) -> f64,
+        largest: f64,
+    ) -> DVector<f64> {
+        let found = DVector::from_fn(self.rows.len(), |i, _| dot(&self.jacobian[i], of_bodies) - gammas[self.rows[i]]);
+        let mut own: Vec<f64> = (0..self.rows.len())
+            .map(|i| {
+                let parts = self.jacobian[i].iter().map(|(column, slope)| (slope * of_bodies[*column]).abs());
+                let weights = self.responses[i].iter().zip(weights).map(|(gives, weight)| (gives * weight).abs());
+                parts.sum::<f64>() + gammas[self.rows[i]].abs() + weights.sum::<f64>()
+            })
+            .collect();
+        for (contact, row) in self.touching.iter().zip(&self.first) {
+            own[*row] = own[*row].max(reaction(*contact) * self.delassus[(*row, *row)]);
+        }
+        let relative = |row: &usize| own[*row] / self.sizes[*row];
+        let all = self.blocks.iter().map(|rows| rows.iter().map(relative).fold(0.0, f64::max)).collect::<Vec<_>>();
+        let most = all.iter().copied().fold(largest, f64::max);
+        for (rows, size) in self.blocks.iter().zip(all) {
+            rows.iter().for_each(|row| self.around[*row] = size.max(LEAST_ACCELERATION * most));
+        }
+        found
     }
 
-    /// Which contacts (places among those that touch) are closed, where rows have these accelerations while all contacts are open, and
-    /// accelerations in the scene are of this size: of those that neither approach nor leave, and of those whose bouncing stays
-    /// below `height`, m, while the others that are closed hold. `None` where that is not found.
+    /// Which contacts (places among those that touch) are closed, where rows have these accelerations while all contacts are open: of those
+    /// that neither approach nor leave, and of those whose bouncing stays below `height`, m, while the others that are closed hold. `None`
+    /// where that is not found.
     #[must_use]
     pub fn closed(
         &self,
         of_rows: &DVector<f64>,
-        [speed, acceleration, height]: [f64; 3],
+        [speed, height]: [f64; 2],
         may_bounce: impl Fn(usize) -> bool,
     ) -> Option<Pattern> {
         let all = 0..self.touching.len();
         let held = self.held(speed);
-        let limits: Vec<f64> = all.clone().map(|k| self.no_acceleration(k, acceleration)).collect();
+        let none: Vec<f64> = (0..self.rows.len()).map(|row| self.no_acceleration(row)).collect();
         let mut candidates: Vec<usize> = all.clone().filter(|k| self.stays(*k, speed)).collect();
         loop {
-            let pattern = self.at_rest(of_rows, &candidates, held.clone(), NO_ACCELERATION * acceleration)?;
+            let pattern = self.at_rest(of_rows, &candidates, held.clone(), &none)?;
             let w = &self.delassus * &pattern.forces + of_rows;
             let is_low = |k: usize| {
                 let (rate, row) = (self.rate(k), self.first[k]);
-                w[row] < -limits[k] && rate * rate <= -2.0 * w[row] * height * self.sizes[row]
+                w[row] < -none[row] && rate * rate <= -2.0 * w[row] * height * self.sizes[row]
             };
             let count = candidates.len();
             let low = all.clone().filter(|k| !candidates.contains(k) && may_bounce(self.touching[*k]) && is_low(*k));

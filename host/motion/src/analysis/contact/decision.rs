@@ -32,8 +32,8 @@ pub(super) struct Decision<'m> {
     pub(super) b: &'m DVector<f64>,
     /// Contacts that may be closed.
     pub(super) candidates: &'m [usize],
-    /// What is smaller than this times the size of a row is none.
-    pub(super) unit: f64,
+    /// What is none, of each row.
+    pub(super) none: &'m [f64],
 }
 
 /// Contacts that are taken to be closed, and what is taken to stick and to slide.
@@ -108,7 +108,7 @@ impl Decision<'_> {
         let (choice, p) = all.swap_remove(least);
         let others = all.iter().filter(|one| self.moving(&choice, &p) > 0 && !self.hides_rest(one));
         let changes: Vec<DVector<f64>> = others.map(|(_, other)| &self.meeting.delassus * (other - &p)).collect();
-        let size = |row: usize| OTHERWISE * self.unit * self.meeting.sizes[row];
+        let size = |row: usize| OTHERWISE * self.none[row];
         let differs = |row: &usize| changes.iter().any(|change| change[*row].abs() > size(*row));
         let several =
             self.candidates.iter().copied().filter(|k| self.meeting.rows_with_friction(*k).iter().any(differs));
@@ -123,7 +123,7 @@ impl Decision<'_> {
             let grip = self.grip(one);
             !one.moves && norm(grip.free(pair(&grip.rows, |row| w[row]))) > 2.0 * self.none(one, p).0
         };
-        let opens = |k: &&usize| w[self.meeting.first[**k]] > self.unit * self.meeting.sizes[self.meeting.first[**k]];
+        let opens = |k: &&usize| w[self.meeting.first[**k]] > self.none[self.meeting.first[**k]];
         choice.held.iter().filter(moves).count() + self.candidates.iter().filter(opens).count()
     }
 
@@ -142,8 +142,7 @@ impl Decision<'_> {
         for one in held.iter_mut().filter(|one| !one.moves) {
             let grip = self.grip(one);
             let tends = grip.free(pair(&grip.rows, |row| self.b[row]));
-            let size = grip.rows.iter().fold(0.0_f64, |most, row| most.max(self.meeting.sizes[*row]));
-            let is_pushed = norm(tends) > self.unit * size;
+            let is_pushed = norm(tends) > grip.rows.iter().fold(0.0_f64, |most, row| most.max(self.none[*row]));
             one.direction = if is_pushed { unit(tends) } else { [0.0; 2] };
             one.moves = grip.fixed && is_pushed;
         }
@@ -218,7 +217,8 @@ impl Decision<'_> {
         for _ in 0..MOST_DESCENTS * (self.candidates.len() + 1) {
             let w = delassus * &p + self.b;
             let relative = |k: &usize| w[first[*k]] / sizes[first[*k]];
-            let open = self.candidates.iter().copied().filter(|k| !closed.contains(k) && relative(k) < -self.unit);
+            let closes = |k: &usize| w[first[*k]] < -self.none[first[*k]];
+            let open = self.candidates.iter().copied().filter(|k| !closed.contains(k) && closes(k));
             let Some(next) = open.min_by(|a, b| relative(a).total_cmp(&relative(b))) else {
                 return Some((Choice { closed, held: Vec::new(), wide: false }, p));
             };
@@ -375,7 +375,7 @@ impl Decision<'_> {
 
     fn pulls(&self, k: usize, p: &DVector<f64>) -> bool {
         let row = self.meeting.first[k];
-        p[row] * self.meeting.delassus[(row, row)] < -self.unit * self.meeting.sizes[row]
+        p[row] * self.meeting.delassus[(row, row)] < -self.none[row]
     }
 
     /// A candidate that is closed and pulls, or open and closes.
@@ -389,7 +389,7 @@ impl Decision<'_> {
                         |one: &Held| one.is_of(*k) && one.sticks() && self.change_of(one, closed, (p, w)).is_some();
                     self.pulls(*k, p) && !held.iter().any(slides)
                 }
-                false => w[row] < -self.unit * self.meeting.sizes[row],
+                false => w[row] < -self.none[row],
             }
         })
     }
@@ -432,8 +432,8 @@ impl Decision<'_> {
     fn none(&self, one: &Held, p: &DVector<f64>) -> (f64, f64) {
         let (grip, meeting) = (self.grip(one), self.meeting);
         let largest = |of: &dyn Fn(usize) -> f64| grip.rows.iter().fold(0.0_f64, |most, row| most.max(of(*row)));
-        let (size, way) = (largest(&|row| meeting.sizes[row]), largest(&|row| meeting.delassus[(row, row)]));
-        (self.unit * size + NO_ACCELERATION * meeting.bound(one.bound, p) * way, way)
+        let (none, way) = (largest(&|row| self.none[row]), largest(&|row| meeting.delassus[(row, row)]));
+        (none + NO_ACCELERATION * meeting.bound(one.bound, p) * way, way)
     }
 
     /// Those that are taken to slide and do not, and could share what they take with each other, or with those that stick.

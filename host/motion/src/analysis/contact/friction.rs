@@ -197,16 +197,18 @@ impl Meeting {
         held.collect()
     }
 
-    /// What is decided: see [`Decision`]. What is smaller than `unit` times the size of a row is none.
+    /// What is decided: see [`Decision`]; `none` is what is none, of each row.
     pub(super) fn complementary(
         &self,
         b: &DVector<f64>,
         candidates: &[usize],
         held: Vec<Held>,
-        unit: f64,
+        none: &[f64],
     ) -> Option<Pattern> {
-        let (choice, forces) = Decision { meeting: self, b, candidates, unit }.decide(held)?;
-        Some(self.pattern(choice, forces))
+        self.apart(candidates, &held, |candidates, held| {
+            let (choice, forces) = Decision { meeting: self, b, candidates, none }.decide(held)?;
+            Some((choice, forces, Vec::new()))
+        })
     }
 
     /// The same of accelerations, or of several contacts that strike together: what is at rest stays so if it can, or comes to rest.
@@ -215,12 +217,44 @@ impl Meeting {
         b: &DVector<f64>,
         candidates: &[usize],
         held: Vec<Held>,
-        unit: f64,
+        none: &[f64],
     ) -> Option<Pattern> {
-        let decision = Decision { meeting: self, b, candidates, unit };
-        let found = decision.decide(held.clone())?;
-        let (choice, forces, several) = decision.hold(held, found);
-        Some(Pattern { several, ..self.pattern(choice, forces) })
+        self.apart(candidates, &held, |candidates, held| {
+            let decision = Decision { meeting: self, b, candidates, none };
+            let found = decision.decide(held.clone())?;
+            Some(decision.hold(held, found))
+        })
+    }
+
+    /// Decides of rows that have to do with each other, block by block.
+    fn apart(
+        &self,
+        candidates: &[usize],
+        held: &[Held],
+        decide: impl Fn(&[usize], Vec<Held>) -> Option<(Choice, DVector<f64>, Vec<usize>)>,
+    ) -> Option<Pattern> {
+        let mut all = Choice { closed: Vec::new(), held: Vec::new(), wide: false };
+        let (mut forces, mut several) = (DVector::zeros(self.rows.len()), Vec::new());
+        for rows in &self.blocks {
+            let of_rows = |row: usize| rows.binary_search(&row).is_ok();
+            let own: Vec<usize> = candidates.iter().copied().filter(|k| of_rows(self.first[*k])).collect();
+            let held: Vec<Held> = held.iter().filter(|one| of_rows(self.grips[one.grip].rows[0])).cloned().collect();
+            if own.is_empty() && held.is_empty() {
+                continue;
+            }
+            let (choice, found, with_others) = decide(&own, held)?;
+            all.closed.extend(choice.closed);
+            all.held.extend(choice.held);
+            all.wide |= choice.wide;
+            forces += found;
+            several.extend(with_others);
+        }
+        Some(Pattern { several, ..self.pattern(all, forces) })
+    }
+
+    /// What is none of each row where sizes of rows count.
+    pub(super) fn none(&self, unit: f64) -> Vec<f64> {
+        self.sizes.iter().map(|size| unit * size).collect()
     }
 
     /// A choice in numbers of the scene.
@@ -373,10 +407,10 @@ impl Meeting {
 
     /// The impulses of an impact of some contacts together, and what was decided for its compression; `unit` is the speed that is none.
     pub(super) fn struck(&self, together: &[usize], unit: f64) -> Option<(DVector<f64>, Pattern)> {
-        let held = self.held_in_impact(together);
+        let (held, none) = (self.held_in_impact(together), self.none(FINER * unit));
         let pattern = match together {
-            [_] => self.complementary(&self.rates, together, held.clone(), FINER * unit)?,
-            _ => self.at_rest(&self.rates, together, held.clone(), FINER * unit)?,
+            [_] => self.complementary(&self.rates, together, held.clone(), &none)?,
+            _ => self.at_rest(&self.rates, together, held.clone(), &none)?,
         };
         let hard: Vec<usize> = together.iter().flat_map(|k| self.first[*k] + 1..self.first[*k + 1]).collect();
         let with = |share: f64| {
@@ -395,7 +429,7 @@ impl Meeting {
             let (mut parts, mut taken) = (DVector::zeros(self.rows.len()), DVector::zeros(self.rows.len()));
             for _ in 0..MOST_TURNS {
                 let rates = &self.delassus * &taken + &known;
-                parts = self.complementary(&rates, &[], fixed().collect(), FINER * unit)?.forces;
+                parts = self.complementary(&rates, &[], fixed().collect(), &none)?.forces;
                 let before = taken.clone();
                 let found = self.stopping(&hard, &(&self.delassus * &parts + &known));
                 hard.iter().zip(found.iter()).for_each(|(row, value)| taken[*row] = *value);

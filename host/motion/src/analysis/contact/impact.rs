@@ -57,7 +57,7 @@ impl Meeting {
         let all: Vec<usize> = (0..self.touching.len()).collect();
         let rates = self.rates.clone();
         let held = self.held_in_impact(&all);
-        if let Some(pattern) = self.complementary(&rates, &all, held, NO_SPEED * speed) {
+        if let Some(pattern) = self.complementary(&rates, &all, held, &self.none(NO_SPEED * speed)) {
             self.push(pattern.forces);
         }
         Ok(())
@@ -133,7 +133,7 @@ impl Meeting {
             let loses = impulses.dot(&(&self.rates + 0.5 * &change)) < 0.0;
             loses && (0..self.rows.len()).any(|row| change[row].abs() > unit * self.sizes[row])
         };
-        let decision = Decision { meeting: self, b: &self.rates, candidates: &all, unit };
+        let decision = Decision { meeting: self, b: &self.rates, candidates: &all, none: &self.none(unit) };
         let start = decision.start(self.held_in_impact(&all));
         let Some((_, impulses)) = decision.search(&start, changes) else { return false };
         self.push(impulses);
@@ -141,26 +141,22 @@ impl Meeting {
     }
 
     /// Ends the motion of closed contacts and of what sticks, what is left of that of what begins to slide from rest, and what there may be
-    /// of contacts that only touch: where rows have these
-    /// accelerations while all contacts are open, and speeds and accelerations are of these sizes. What slides takes the friction of these
+    /// of contacts that only touch: where rows have these accelerations while all contacts are open, and speeds are of this size. What slides takes the friction of these
     /// impulses, also of one that pulls. It stands for the bouncing that is left out, which gives that much less than the impulse before
     /// and the weight: all in all as much friction as normal impulse.
-    pub fn come_to_rest(&mut self, pattern: &Pattern, of_rows: &DVector<f64>, sizes: [f64; 2]) {
+    pub fn come_to_rest(&mut self, pattern: &Pattern, of_rows: &DVector<f64>, speed: f64) {
         let mut rows: Vec<usize> = pattern.closed.iter().flat_map(|k| self.first[*k]..self.first[k + 1]).collect();
-        rows.extend(self.silent(pattern, of_rows, sizes).into_iter().map(|k| self.first[k]));
+        rows.extend(self.silent(pattern, of_rows, speed).into_iter().map(|k| self.first[k]));
         let sticking = self.grips.iter().filter(|grip| pattern.sticking.contains(&grip.number));
         rows.extend(sticking.flat_map(|grip| grip.rows.iter().copied()));
         let slides = |grip: &&Grip| pattern.sliding.iter().any(|(number, _)| *number == grip.number);
         // Friction turns what is across its direction about as fast as it is slow: next to rest no step follows that.
-        let begins = self
-            .grips
-            .iter()
-            .filter(slides)
-            .filter(|grip| grip.rows.len() > 1 && self.moving(grip, sizes[0]).is_none());
+        let begins =
+            self.grips.iter().filter(slides).filter(|grip| grip.rows.len() > 1 && self.moving(grip, speed).is_none());
         rows.extend(begins.flat_map(|grip| grip.rows.iter().copied()));
         let sliding = self.grips.iter().filter(slides).filter_map(|grip| {
             let contact = grip.contact.filter(|contact| pattern.closed.contains(contact))?;
-            Some((grip, contact, self.moving(grip, sizes[0])?))
+            Some((grip, contact, self.moving(grip, speed)?))
         });
         let sliding: Vec<(&Grip, usize, [f64; 2])> = sliding.collect();
         let mut matrix = block(&self.delassus, &rows);

@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector, Dyn, SymmetricEigen};
 
 use super::friction::{norm, pair, unit as direction_of, way};
 use super::smallest::{block, blocks};
-use super::{Grip, Meeting, NO_ACCELERATION, Pattern, RANK_TOLERANCE};
+use super::{Grip, Meeting, Pattern, RANK_TOLERANCE};
 
 /// Share of a row in reactions that balance each other above which it takes part.
 pub(super) const TAKES_PART: f64 = 1e-6;
@@ -80,22 +80,16 @@ impl Bearing {
 }
 
 impl Meeting {
-    /// What the pattern leaves open, where rows have these accelerations while all contacts are open, and speeds and accelerations are
-    /// of these sizes. A table on four legs is the example.
+    /// What the pattern leaves open, where rows have these accelerations while all contacts are open, and speeds are of this size. A table on four legs is the example.
     ///
     /// The rows that hold are dependent where their Delassus matrix is singular; its null vectors are reactions in balance. They
     /// can be added to the pattern's unless contacts without reaction would have to push and to pull for that.
     #[must_use]
-    pub fn indeterminate(
-        &self,
-        pattern: &Pattern,
-        of_rows: &DVector<f64>,
-        [speed, acceleration]: [f64; 2],
-    ) -> Option<Indeterminate> {
-        let silent = self.silent(pattern, of_rows, [speed, acceleration]);
+    pub fn indeterminate(&self, pattern: &Pattern, of_rows: &DVector<f64>, speed: f64) -> Option<Indeterminate> {
+        let silent = self.silent(pattern, of_rows, speed);
         let contacts: Vec<usize> = pattern.closed.iter().copied().chain(silent).collect();
         let w = &self.delassus * &pattern.forces + of_rows;
-        let resting = self.resting(pattern, &w, [speed, acceleration]);
+        let resting = self.resting(pattern, &w, speed);
         let sticking = || self.grips.iter().filter(|grip| resting.contains(&grip.number));
         let mut rows: Vec<usize> = contacts.iter().flat_map(|k| self.first[*k]..self.first[k + 1]).collect();
         rows.extend(sticking().flat_map(|grip| grip.rows.iter().copied()));
@@ -126,7 +120,7 @@ impl Meeting {
                 let found = pattern.sliding.iter().find(|(number, _)| *number == grip.number);
                 let known = found.map(|(_, direction)| *direction).or_else(|| self.moving(grip, speed));
                 // That of a contact that presses with nothing begins to slide as the others do.
-                let direction = known.or_else(|| self.begins(grip, &w, acceleration));
+                let direction = known.or_else(|| self.begins(grip, &w));
                 let Some(direction) = direction else { continue };
                 taking.push(grip.number);
                 let parts = grip.rows.iter().zip(direction);
@@ -143,15 +137,10 @@ impl Meeting {
     }
 
     /// Contacts that are not closed and neither move nor begin to.
-    pub(super) fn silent(
-        &self,
-        pattern: &Pattern,
-        of_rows: &DVector<f64>,
-        [speed, acceleration]: [f64; 2],
-    ) -> Vec<usize> {
+    pub(super) fn silent(&self, pattern: &Pattern, of_rows: &DVector<f64>, speed: f64) -> Vec<usize> {
         let w = &self.delassus * &pattern.forces + of_rows;
         let silent = |k: &usize| {
-            let accelerates = w[self.first[*k]].abs() > self.no_acceleration(*k, acceleration);
+            let accelerates = w[self.first[*k]].abs() > self.no_acceleration(self.first[*k]);
             !pattern.closed.contains(k) && self.stays(*k, speed) && self.gives_way(*k) && !accelerates
         };
         (0..self.touching.len()).filter(silent).collect()
@@ -159,10 +148,8 @@ impl Meeting {
 
     /// Frictions that stick, and those that act with their limit at rest: they neither move nor begin to, since others hold them, too.
     /// `w`: accelerations of the rows.
-    fn resting(&self, pattern: &Pattern, w: &DVector<f64>, [speed, acceleration]: [f64; 2]) -> Vec<usize> {
-        let rests = |grip: &Grip| {
-            !grip.fixed && self.moving(grip, speed).is_none() && self.begins(grip, w, acceleration).is_none()
-        };
+    fn resting(&self, pattern: &Pattern, w: &DVector<f64>, speed: f64) -> Vec<usize> {
+        let rests = |grip: &Grip| !grip.fixed && self.moving(grip, speed).is_none() && self.begins(grip, w).is_none();
         let slides = |grip: &Grip| pattern.sliding.iter().any(|(number, _)| *number == grip.number);
         let own =
             self.grips.iter().filter(|grip| pattern.sticking.contains(&grip.number) || slides(grip) && rests(grip));
@@ -170,10 +157,10 @@ impl Meeting {
     }
 
     /// Where a grip begins to slide to, if its rows have these accelerations.
-    fn begins(&self, grip: &Grip, w: &DVector<f64>, acceleration: f64) -> Option<[f64; 2]> {
-        let size = grip.rows.iter().fold(0.0_f64, |most, row| most.max(self.sizes[*row]));
+    fn begins(&self, grip: &Grip, w: &DVector<f64>) -> Option<[f64; 2]> {
+        let none = grip.rows.iter().fold(0.0_f64, |most, row| most.max(self.no_acceleration(*row)));
         let rate = grip.free(pair(&grip.rows, |row| w[row]));
-        (norm(rate) > NO_ACCELERATION * acceleration * size).then(|| direction_of(rate))
+        (norm(rate) > none).then(|| direction_of(rate))
     }
 
     /// Contacts that strike together and share the impulse in a way that rigid bodies leave open, if the motion depends on it: by friction

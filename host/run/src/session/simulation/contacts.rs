@@ -83,8 +83,9 @@ pub(super) struct Touch {
     pub(super) sizes: Vec<f64>,
     /// What contacts have pressed with.
     pub(super) pressed: Pressed,
-    /// Size of gravity, m/s^2.
+    /// Size of gravity, m/s^2, and the weights of bodies, six each.
     pub(super) gravity: f64,
+    pub(super) weights: Vec<f64>,
     /// Time of the last event, and how many there were before it at the same time.
     met_at: f64,
     pub(super) at_once: u32,
@@ -137,6 +138,7 @@ impl Touch {
             contacts: Contacts::new(equations, model, layout, length)?,
             pressed: Pressed::default(),
             gravity: model.gravity.norm(),
+            weights: weights(model),
             met_at: f64::NAN,
             at_once: 0,
         }))
@@ -200,6 +202,15 @@ impl Touch {
         let (element, row) = &self.names[contact];
         format!("{element}: {row}")
     }
+}
+
+/// Forces and torques of gravity on the bodies, six each.
+fn weights(model: &Model) -> Vec<f64> {
+    let weight = |body: &crate::model::Body| {
+        let force = body.mass * model.gravity;
+        [force.x, force.y, force.z, 0.0, 0.0, 0.0]
+    };
+    model.bodies.iter().flat_map(weight).collect()
 }
 
 impl Simulation<'_> {

@@ -22,9 +22,6 @@ struct Jump {
     change: Vec<f64>,
 }
 
-/// Sizes of speeds and accelerations in a scene, m/s and m/s^2.
-type Sizes = [f64; 2];
-
 impl Simulation<'_> {
     /// Lets contacts strike and decides which are closed from here on, where all are open and nothing slides; `slid` did before.
     ///
@@ -43,13 +40,12 @@ impl Simulation<'_> {
             let moving = std::mem::take(&mut meeting.shared);
             self.report_indeterminate(t, &meeting.touching, &Indeterminate { moving, ..Indeterminate::default() })?;
             self.give_velocities(t, state, &meeting, &mut jump)?;
-            let (accelerations, largest) = self.accelerations(t, state, &meeting)?;
-            let sizes = [speed, largest];
-            let pattern = self.pattern(&meeting, &accelerations, sizes)?;
+            let accelerations = self.accelerations(t, state, &mut meeting)?;
+            let pattern = self.pattern(&meeting, &accelerations, speed)?;
             match &pattern {
-                Some(pattern) => meeting.come_to_rest(pattern, &accelerations, sizes),
+                Some(pattern) => meeting.come_to_rest(pattern, &accelerations, speed),
                 None if meeting.seize(speed) => {}
-                None => return Err(self.undecided(&meeting, &accelerations, sizes)),
+                None => return Err(self.undecided(&meeting, &accelerations, speed)),
             }
             self.give_velocities(t, state, &meeting, &mut jump)?;
             if let Some(work) = state.last_mut() {
@@ -62,7 +58,7 @@ impl Simulation<'_> {
             if !approaches && !meeting.slides_back(&pattern, speed) {
                 let closed = self.take_pattern(&meeting, &pattern, speed);
                 self.report_events(t, &strikes, &closed, (slid, &pattern.sliding), speed)?;
-                let mut open = meeting.indeterminate(&pattern, &accelerations, sizes).unwrap_or_default();
+                let mut open = meeting.indeterminate(&pattern, &accelerations, speed).unwrap_or_default();
                 open.moving.extend(pattern.several.iter().map(|k| Holder::Contact(*k)));
                 self.report_indeterminate(t, &meeting.touching, &open)?;
                 return Ok(closed);
@@ -81,11 +77,11 @@ impl Simulation<'_> {
 
     /// Why nothing is decided at a state.
     fn look_again(&mut self, t: f64, state: &[f64]) -> Result<AnalysisError, AnalysisError> {
-        let Some((meeting, _)) = self.meeting(t, state)? else {
+        let Some((mut meeting, _)) = self.meeting(t, state)? else {
             return Ok(AnalysisError::NotSettled { rows: String::new() });
         };
-        let (accelerations, largest) = self.accelerations(t, state, &meeting)?;
-        Ok(self.undecided(&meeting, &accelerations, [self.speed(), largest]))
+        let accelerations = self.accelerations(t, state, &mut meeting)?;
+        Ok(self.undecided(&meeting, &accelerations, self.speed()))
     }
 
     /// Contacts that touch at a state, and what holds up to a limit there.
@@ -137,22 +133,17 @@ impl Simulation<'_> {
         self.touch.as_ref().map_or_else(String::new, |touch| touch.name(k))
     }
 
-    /// The accelerations of all rows with all contacts open, at the velocities after impacts, and the size of accelerations in the scene.
-    fn accelerations(
-        &mut self,
-        t: f64,
-        state: &[f64],
-        meeting: &Meeting,
-    ) -> Result<(DVector<f64>, f64), AnalysisError> {
+    /// The accelerations of all rows with all contacts open, at the velocities after impacts.
+    fn accelerations(&mut self, t: f64, state: &[f64], meeting: &mut Meeting) -> Result<DVector<f64>, AnalysisError> {
         let inputs = self.formulation.observe(t, state, true)?.inputs.to_vec();
         let slot = self.layout.acceleration_slot();
         let found = &inputs[slot..slot + self.layout.velocities()];
-        let Some(touch) = &mut self.touch else { return Ok((DVector::zeros(0), 0.0)) };
+        let Some(touch) = &mut self.touch else { return Ok(DVector::zeros(0)) };
         let gammas = touch.contacts.gammas(&inputs, self.formulation.sets())?;
-        let of_rows = meeting.accelerations(found, gammas);
         let unit = |k: usize| if k % 6 < 3 { 1.0 } else { self.scales.length };
         let largest = found.iter().enumerate().map(|(k, a)| (a * unit(k)).abs()).fold(touch.gravity, f64::max);
-        Ok((of_rows, largest.max(meeting.acceleration_by(|contact| touch.pressed.of(contact)))))
+        let pressed = |contact: usize| touch.pressed.of(contact);
+        Ok(meeting.accelerations((found, gammas), &touch.weights, pressed, largest))
     }
 
     /// Which contacts are closed and what sticks and slides, if there is but one such choice.
@@ -163,12 +154,12 @@ impl Simulation<'_> {
         &self,
         meeting: &Meeting,
         accelerations: &DVector<f64>,
-        [speed, largest]: Sizes,
+        speed: f64,
     ) -> Result<Option<Pattern>, AnalysisError> {
         let Some(touch) = &self.touch else { return Ok(None) };
         let height = self.same() * self.scales.length;
         let contacts = touch.contacts.contacts();
-        let pattern = meeting.closed(accelerations, [speed, largest, height], |k| !contacts[k].of_velocities);
+        let pattern = meeting.closed(accelerations, [speed, height], |k| !contacts[k].of_velocities);
         match meeting.paradox(speed).filter(|_| pattern.is_some()) {
             Some(k) => Err(AnalysisError::Paradox { row: touch.name(meeting.touching[k]) }),
             None => Ok(pattern),
@@ -176,12 +167,12 @@ impl Simulation<'_> {
     }
 
     /// Why nothing was decided.
-    fn undecided(&self, meeting: &Meeting, accelerations: &DVector<f64>, [speed, largest]: Sizes) -> AnalysisError {
+    fn undecided(&self, meeting: &Meeting, accelerations: &DVector<f64>, speed: f64) -> AnalysisError {
         if let Some(jammed) = self.jammed(meeting) {
             return jammed;
         }
         let name = |k: usize| self.switching_name(meeting.touching[k]);
-        if let Some(k) = meeting.pulling(accelerations, [speed, largest]) {
+        if let Some(k) = meeting.pulling(accelerations, speed) {
             return AnalysisError::Pulls { row: name(k) };
         }
         if let Some(k) = meeting.paradox(speed) {
