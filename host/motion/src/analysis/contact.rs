@@ -420,6 +420,21 @@ impl Meeting {
         self.rate(k) < -self.no_rate(k, speed)
     }
 
+    /// Whether those that approach come from no higher than this, m, where accelerations are of this size: not those on velocities.
+    #[must_use]
+    pub fn comes_from_below(
+        &self,
+        height: f64,
+        [speed, acceleration]: [f64; 2],
+        may_bounce: impl Fn(usize) -> bool,
+    ) -> bool {
+        let low = |k: usize| {
+            let rate = self.rate(k) / self.sizes[self.first[k]];
+            may_bounce(self.touching[k]) && rate * rate <= 2.0 * acceleration * height
+        };
+        (0..self.touching.len()).filter(|k| self.approaches(*k, speed)).all(low)
+    }
+
     /// Whether the k-th of them neither approaches nor leaves.
     #[must_use]
     pub fn stays(&self, k: usize, speed: f64) -> bool {
@@ -439,6 +454,33 @@ impl Meeting {
             if size > 0.0 { reaction(*contact) * self.delassus[(*row, *row)] / size } else { 0.0 }
         });
         given.fold(0.0, f64::max)
+    }
+
+    /// What a closed contact may pull with and a friction that sticks take without anything being decided by it: opened, or given way to, it
+    /// would hardly accelerate.
+    #[must_use]
+    pub fn undecided(&self, pattern: &Pattern) -> Vec<(Holder, f64)> {
+        let holds = |grip: &&Grip| pattern.sticking.contains(&grip.number);
+        let contacts = pattern.closed.iter().map(|k| {
+            let row = self.first[*k];
+            let others =
+                pattern.closed.iter().filter(|other| *other != k).flat_map(|k| self.first[*k]..self.first[k + 1]);
+            let frictions = self.grips.iter().filter(holds).filter(|grip| grip.contact != Some(*k));
+            let rows: Vec<usize> = others.chain(frictions.flat_map(|grip| grip.rows.iter().copied())).collect();
+            let column = self.delassus.column(row).into_owned();
+            let held: f64 =
+                self.stopping(&rows, &column).iter().zip(&rows).map(|(force, row)| force * column[*row]).sum();
+            let (alone, free) = (column[row], column[row] + held);
+            let way = if free > indeterminate::TAKES_PART * alone { free } else { alone };
+            (Holder::Contact(*k), if way > 0.0 { self.no_acceleration(row) / way } else { 0.0 })
+        });
+        let frictions = self.grips.iter().filter(holds).map(|grip| {
+            let force = |row: &usize| {
+                if self.row_gives_way(*row) { self.no_acceleration(*row) / self.delassus[(*row, *row)] } else { 0.0 }
+            };
+            (Holder::Friction(grip.number), grip.rows.iter().map(force).fold(0.0, f64::max))
+        });
+        contacts.chain(frictions).collect()
     }
 
     /// Whether anything gives way to the k-th of them: not where other rows determine how it moves.

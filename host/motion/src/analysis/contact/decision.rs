@@ -87,7 +87,7 @@ impl Decision<'_> {
         let moving = |(choice, p): &(Choice, DVector<f64>)| self.moving(choice, p);
         let start = self.start(held);
         let rests = moving(&found) == 0;
-        if rests && (!self.hides_rest(&found) || self.choices(&start, FEW_CHOICES).next().is_none()) {
+        if rests && !self.hides_rest(&found) {
             return (found.0, found.1, Vec::new());
         }
         let mut closed = start.clone();
@@ -132,7 +132,7 @@ impl Decision<'_> {
         let w = &self.meeting.delassus * p + self.b;
         let rests = |one: &Held| {
             let rate = norm(pair(&self.grip(one).rows, |row| w[row]));
-            rate <= self.none(one, p).0 && self.meeting.bound(one.bound, p) > 0.0
+            rate <= 2.0 * self.none(one, p).0 && self.meeting.bound(one.bound, p) > 0.0
         };
         choice.held.iter().any(|one| !one.moves && !one.sticks() && is_active(one, &choice.closed) && rests(one))
     }
@@ -420,7 +420,9 @@ impl Decision<'_> {
                 return Some(unit(moved));
             }
             let beyond = (norm(force) - bound) * way;
-            let slides = norm(force) > 0.0 && beyond > if grip.stuck { -none } else { none };
+            // Where next to nothing can be held there is nothing to give way to yet.
+            let gives_way = grip.stuck && bound * way > 2.0 * none;
+            let slides = norm(force) > 0.0 && beyond > if gives_way { -none } else { none };
             let along = grip.free(force);
             return (slides && norm(along) > 0.0).then(|| unit(along).map(|x| -x));
         }

@@ -83,6 +83,8 @@ pub(super) struct Touch {
     pub(super) sizes: Vec<f64>,
     /// What contacts have pressed with.
     pub(super) pressed: Pressed,
+    /// Below what force of each of these nothing is decided by it, where they met last.
+    pub(super) undecided: Vec<f64>,
     /// Size of gravity, m/s^2, and the weights of bodies, six each.
     pub(super) gravity: f64,
     pub(super) weights: Vec<f64>,
@@ -137,6 +139,7 @@ impl Touch {
             sizes: vec![1.0; contacts.len() + frictions.len()],
             contacts: Contacts::new(equations, model, layout, length)?,
             pressed: Pressed::default(),
+            undecided: vec![0.0; contacts.len() + frictions.len()],
             gravity: model.gravity.norm(),
             weights: weights(model),
             met_at: f64::NAN,

@@ -4,13 +4,13 @@ use serde::{Deserialize, Serialize};
 
 use super::Simulation;
 use super::contacts::{LOW, Touch};
-use crate::analysis::AnalysisError;
+use crate::analysis::{AnalysisError, Holder, Meeting, Pattern};
 use crate::integrate::STOPPED;
 
 /// How far contacts may be apart and touch, as a share of the tolerance, on the size of the scene.
 pub(super) const TOUCHING: f64 = 1e-3;
 /// The same where the tolerance is smaller: round-off of positions.
-const LEAST_TOUCHING: f64 = 1e-12;
+pub(super) const LEAST_TOUCHING: f64 = 1e-12;
 /// Round-off of positions far from the origin, as a share of the distance.
 const ROUND_OFF: f64 = 8.0 * f64::EPSILON;
 /// Share of the reactions of closed contacts below which one is none.
@@ -19,6 +19,8 @@ const NO_REACTION: f64 = 1e-9;
 /// apart, as a torque that sets in late in a run, is past it within them, and leaves nothing to decide there yet.
 const LARGER_AGAIN: f64 = 4.0;
 const MOST_LARGER: f64 = 1e5;
+/// What a decision sees, in forces below which it does not depend on them.
+const DECIDED: f64 = 2.0;
 /// The same above which a closed contact that pulls is open.
 const PULLS: f64 = 1e-6;
 
@@ -56,6 +58,18 @@ impl Pressed {
 }
 
 impl Touch {
+    /// Takes note of the forces below which a decision does not depend on them, where contacts meet.
+    pub(super) fn undecided_of(&mut self, meeting: &Meeting, pattern: &Pattern) {
+        for (holder, force) in meeting.undecided(pattern) {
+            let k = match holder {
+                Holder::Contact(place) => meeting.touching[place],
+                Holder::Friction(number) => self.first_friction() + number,
+                Holder::Row(_) => continue,
+            };
+            self.undecided[k] = force;
+        }
+    }
+
     /// What the value of an open contact, or the speed of a friction behind them, is typically like where places are of the size
     /// `length`, m, and velocities of the size `speed`, m/s: in m and m/s, or rad and rad/s.
     pub(super) fn size_of(&self, k: usize, [length, speed]: [f64; 2]) -> f64 {
@@ -114,13 +128,16 @@ impl Simulation<'_> {
         let largest = if touch.at_once > 0 { bounds.fold(largest, f64::max) } else { largest };
         for (k, value) in values.into_iter().take(touch.levels.len()).enumerate() {
             let (size, noise) = match touch.closed.contains(&k) {
-                true => (if largest > 0.0 { largest / touch.gradients[k] } else { 1.0 }, NO_REACTION * again),
+                true => {
+                    let size = if largest > 0.0 { largest / touch.gradients[k] } else { 1.0 };
+                    (size, (NO_REACTION * again * size).max(DECIDED * touch.undecided[k]))
+                }
                 // Wherever it starts, it may not get deeper.
                 false if touch.is_place(k) => (touch.size_of(k, places), f64::NEG_INFINITY),
-                false => (touch.size_of(k, sizes), LEAST_TOUCHING),
+                false => (touch.size_of(k, sizes), LEAST_TOUCHING * touch.size_of(k, sizes)),
             };
             touch.sizes[k] = size;
-            touch.levels[k] = if value > noise * size { 0.0 } else { value.min(0.0) - noise * size };
+            touch.levels[k] = if value > noise { 0.0 } else { value.min(0.0) - noise };
         }
         Ok(worst)
     }

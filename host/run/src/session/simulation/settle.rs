@@ -5,6 +5,7 @@ use nalgebra::DVector;
 use super::Simulation;
 use super::contacts::{INSTANT, Touch};
 use super::frictions::Sliding;
+use super::levels::LEAST_TOUCHING;
 use crate::analysis::{
     AnalysisError, ContactGap, Grip, Group, Holder, Indeterminate, Meeting, NoSolution, Pattern, Strike,
 };
@@ -29,14 +30,17 @@ impl Simulation<'_> {
     /// See [`AnalysisError`].
     pub(super) fn settle(&mut self, t: f64, state: &mut [f64], slid: &Sliding) -> Result<Vec<usize>, AnalysisError> {
         let mut strikes: Vec<Strike> = Vec::new();
-        for _ in 0..MOST_ROUNDS {
+        for round in 0..MOST_ROUNDS {
             let Some((mut meeting, mut jump)) = self.meeting(t, state)? else { return Ok(Vec::new()) };
             if meeting.touching.is_empty() && meeting.grips.is_empty() {
                 self.report_events(t, &strikes, &[], (slid, &Sliding::new()), 0.0)?;
                 return Ok(Vec::new());
             }
             let speed = self.speed();
-            self.strike(&mut meeting, speed)?;
+            // What comes from no higher than round-off of places was never open: it closes together with what is.
+            if round > 0 || !self.comes_from_nowhere(&meeting, speed) {
+                self.strike(&mut meeting, speed)?;
+            }
             let moving = std::mem::take(&mut meeting.shared);
             self.report_indeterminate(t, &meeting.touching, &Indeterminate { moving, ..Indeterminate::default() })?;
             self.give_velocities(t, state, &meeting, &mut jump)?;
@@ -107,6 +111,14 @@ impl Simulation<'_> {
         meeting.still = same;
         let change = vec![0.0; velocities.len()];
         Ok(Some((meeting, Jump { velocities, change })))
+    }
+
+    /// Whether those that approach come from no height that is known, by what weighs and has pressed on them.
+    fn comes_from_nowhere(&self, meeting: &Meeting, speed: f64) -> bool {
+        let Some(touch) = &self.touch else { return false };
+        let pressed = meeting.acceleration_by(|contact| touch.pressed.of(contact));
+        let (height, contacts) = (LEAST_TOUCHING * self.scales.length, touch.contacts.contacts());
+        meeting.comes_from_below(height, [speed, touch.gravity.max(pressed)], |k| !contacts[k].of_velocities)
     }
 
     /// Lets those that approach strike.
@@ -196,6 +208,7 @@ impl Simulation<'_> {
             closed.extend(pattern.sticking.iter().map(|number| touch.first_friction() + number));
             closed.sort_unstable();
             touch.idle = meeting.grips.iter().filter(is_idle).map(|grip| grip.number).collect();
+            touch.undecided_of(meeting, pattern);
             touch.share_of(meeting, pattern, speed);
         }
         self.let_slide(&pattern.sliding);
