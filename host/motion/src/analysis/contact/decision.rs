@@ -93,7 +93,7 @@ impl Decision<'_> {
         let mut closed = start.clone();
         closed.held.iter_mut().filter(|one| !one.moves).for_each(|one| one.direction = [0.0; 2]);
         closed.closed = self.candidates.iter().copied().filter(|k| self.meeting.gives_way(*k)).collect();
-        let all_hold = self.pivot(closed);
+        let all_hold = self.pivot(closed).map(|found| self.determined(found));
         if let Some((choice, p)) = all_hold.clone().filter(|one| moving(one) == 0) {
             return (choice, p, Vec::new());
         }
@@ -114,6 +114,27 @@ impl Decision<'_> {
             self.candidates.iter().copied().filter(|k| self.meeting.rows_with_friction(*k).iter().any(differs));
         let several = several.collect();
         (choice, p, several)
+    }
+
+    /// Without contacts that others imply: how hard each of them presses is open, and equations that hold all of them have no one answer to
+    /// that. Where friction slides the motion depends on it.
+    fn determined(&self, found: (Choice, DVector<f64>)) -> (Choice, DVector<f64>) {
+        let (choice, p) = &found;
+        if choice.wide {
+            return found;
+        }
+        let slides = |one: &Held| one.is_of_contact() && !one.sticks() && is_active(one, &choice.closed);
+        let depends = choice.held.iter().any(slides);
+        let normal = |k: &usize| self.meeting.first[*k];
+        let mut implied = self.meeting.implied(&choice.closed);
+        implied.sort_by(|a, b| p[normal(a)].total_cmp(&p[normal(b)]));
+        let less = implied.into_iter().find_map(|k| {
+            let mut less = choice.clone();
+            less.closed.retain(|other| *other != k);
+            let is_less = |one: &Choice| one.closed.len() < choice.closed.len();
+            self.pivot(less).filter(|(one, p)| is_less(one) && (depends || self.moving(one, p) == 0))
+        });
+        less.map_or(found, |less| self.determined(less))
     }
 
     /// How many of the contacts and frictions that are at rest begin to move with a choice.

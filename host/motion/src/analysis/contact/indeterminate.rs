@@ -253,6 +253,14 @@ impl Meeting {
         Some(balanced)
     }
 
+    /// Those of some contacts that keep their places while the others do.
+    pub(super) fn implied(&self, contacts: &[usize]) -> Vec<usize> {
+        let columns: Vec<Column> = contacts.iter().map(|k| vec![(self.first[*k], 1.0)]).collect();
+        let balanced = self.balanced(&columns);
+        let takes_part = |place: &usize| balanced.iter().any(|one| one[*place].abs() > TAKES_PART * one.amax());
+        (0..contacts.len()).filter(takes_part).map(|place| contacts[place]).collect()
+    }
+
     /// Whether forces along rows change the motion while some rows hold.
     fn moves(&self, change: &DVector<f64>, held: &[usize]) -> bool {
         let pushed = &self.delassus * change;
