@@ -8,7 +8,7 @@ use std::process::Command;
 
 mod support;
 
-use support::{BRICK, Scratch, rows};
+use support::{BRICK, Ran, Scratch, rows};
 
 #[test]
 fn a_run_leaves_its_files_and_says_how_it_went() {
