@@ -420,17 +420,17 @@ impl Meeting {
         self.rate(k) < -self.no_rate(k, speed)
     }
 
-    /// Whether those that approach come from no higher than this, m, where accelerations are of this size: not those on velocities.
+    /// Whether those that approach come from no higher than this, m, where accelerations are of this size, and fall, each by its number.
     #[must_use]
     pub fn comes_from_below(
         &self,
         height: f64,
         [speed, acceleration]: [f64; 2],
-        may_bounce: impl Fn(usize) -> bool,
+        falls: impl Fn(usize) -> bool,
     ) -> bool {
         let low = |k: usize| {
             let rate = self.rate(k) / self.sizes[self.first[k]];
-            may_bounce(self.touching[k]) && rate * rate <= 2.0 * acceleration * height
+            falls(self.touching[k]) && rate * rate <= 2.0 * acceleration * height
         };
         (0..self.touching.len()).filter(|k| self.approaches(*k, speed)).all(low)
     }

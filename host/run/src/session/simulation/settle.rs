@@ -118,7 +118,9 @@ impl Simulation<'_> {
         let Some(touch) = &self.touch else { return false };
         let pressed = meeting.acceleration_by(|contact| touch.pressed.of(contact));
         let (height, contacts) = (LEAST_TOUCHING * self.scales.length, touch.contacts.contacts());
-        meeting.comes_from_below(height, [speed, touch.gravity.max(pressed)], |k| !contacts[k].of_velocities)
+        // What bounces bounces off again, however slowly it comes.
+        let falls = |k: usize| !contacts[k].of_velocities && contacts[k].restitution == 0.0;
+        meeting.comes_from_below(height, [speed, touch.gravity.max(pressed)], falls)
     }
 
     /// Lets those that approach strike.
