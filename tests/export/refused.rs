@@ -16,7 +16,7 @@ fn refusal(scene: &str) -> String {
 fn what_cannot_be_exported_is_named() {
     for (scene, name, reason) in [
         ("verification/plane-contact.toml", "`", "has a row that only pushes"),
-        ("verification/added-mass.toml", "forces", "depend on accelerations or reactions"),
+        ("verification/joint-friction.toml", "forces", "depend on accelerations or reactions"),
         ("benchmarks/freebody.toml", "the output `e0`", "cannot be written in the coordinates of joints"),
     ] {
         let message = refusal(scene);

@@ -79,7 +79,7 @@ pub(crate) fn no_joint_form(session: &Session) -> Diagnostic {
     let (message, help) = if session.equations.needs_solution() {
         (
             "forces depend on accelerations or reactions, and are found together with them by iterations",
-            "friction from reactions, and elements with inertia, cannot be exported; `odyn plan` names them",
+            "friction from reactions, loads from accelerations and flexible bodies cannot be exported; `odyn plan` names them",
         )
     } else {
         (
