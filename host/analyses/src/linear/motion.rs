@@ -91,12 +91,16 @@ impl Linear {
         let layout = &session.plan.layout;
         let rates = self.expansion.value(Function::States);
         let by_states = self.expansion.slope(Function::States, Direction::States);
+        // What places that are off by the size of the scene would do.
+        let length = session.assembly.scales.length;
+        let by_places =
+            self.expansion.slope(Function::States, Direction::Positions).abs() * &self.expansion.scales * length;
         let value = |k: usize| instant.inputs[layout.state_slot() + local.states()[k]];
         let mut names: Vec<String> = Vec::new();
         for (k, rate) in rates.iter().enumerate() {
             let terms: f64 = (0..rates.len()).map(|other| (by_states[(k, other)] * value(other)).abs()).sum();
             let name = &session.model.elements[layout.element_of_state(local.states()[k])].name;
-            if rate.abs() > NO_ACCELERATION * terms && !names.contains(name) {
+            if rate.abs() > NO_ACCELERATION * (terms + by_places[k]) && !names.contains(name) {
                 names.push(name.clone());
             }
         }

@@ -24,9 +24,12 @@ struct Parts {
 /// A table, or why there is none.
 pub(super) type ReadTable = Arc<Result<Table, ResultsError>>;
 
+/// By file, and the columns that were asked for.
+type TablesByFile = HashMap<(PathBuf, Vec<String>), ReadTable>;
+
 /// Tables that checks compare with, each read once. Copies share what they hold.
 #[derive(Clone, Default)]
-pub(super) struct Tables(Arc<Mutex<HashMap<(PathBuf, Vec<String>), ReadTable>>>);
+pub(super) struct Tables(Arc<Mutex<TablesByFile>>);
 
 impl Tables {
     /// Columns of the table of a file as it was when they were first asked for; others may be empty.
