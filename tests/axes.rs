@@ -205,7 +205,7 @@ fn what_acts_along_a_plane_is_not_crosswise() {
 fn what_acts_about_another_axis_than_those_of_two_shafts_is_warned_of() {
     let elements = [
         ("joint", "freewheel", ""),
-        ("joint", "clutch", "params.torque = 5"),
+        ("joint", "clutch", "params.capacity = 5"),
         ("joint", "dry-friction", "params.torque = 5"),
         ("joint", "rotational-stop", "params.upper = 1"),
         ("force", "rotational-spring-damper", "params.stiffness = 2"),

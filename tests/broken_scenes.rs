@@ -434,13 +434,18 @@ fn numbers_that_cannot_be_computed_with_are_named_at_their_element() {
     let driver = "[[joint]]\nname = \"drive\"\ntype = \"rotation-driver\"\nbodies = [\"ground\", \"rod\"]\npoint = [0, 0, 0]\n\
                   params.angle = \"1/t\"";
     assert!(said(driver).contains("look at `angle = \"1/t\"`"), "{}", said(driver));
-    let filter = "[[control]]\nname = \"filter\"\ntype = \"digital-filter\"\ninputs.signal = \"angle\"\n\
+    let rod = "[[joint]]\nname = \"stay\"\ntype = \"distance-rod\"\nbodies = [\"ground\", \"rod\"]\npoints = [[0, 1, 0], [0.25, 0, 0]]\n\
+               params.length = 1e300";
+    assert!(said(rod).contains("`length` is too large to be computed with"), "{}", said(rod));
+    let filter = "[[control]]\nname = \"filter\"\ntype = \"digital-filter\"\ninputs.input = \"angle\"\n\
                   params = { numerator = [1], denominator = [1], period = 1e-9 }";
     assert!(said(filter).contains("`filter` samples 1.0e8 times"), "{}", said(filter));
-    let rub = "[[force]]\nname = \"rub\"\ntype = \"joint-friction\"\njoints = [\"pivot\"]\n\
-               params = { kind = \"rotation\", mu = 300, radius = 0.2, transition_speed = 1e-4 }";
-    let rub = said(&format!("{rub}\n[[body]]\nname = \"stone\"\nmass = 1\ninertia = [1, 1, 1]"));
-    assert!(rub.contains("`rub` with mu = 300"), "{rub}");
+    let rotor = "[[body]]\nname = \"rotor\"\nmass = 2\ninertia = [0.02, 0.02, 0.02]\nposition = [0.1, 0, 0]\n\
+                 angular_velocity = [0, 0, 20]\n[[joint]]\nname = \"bearing\"\ntype = \"revolute\"\nbodies = [\"ground\", \"rotor\"]\n\
+                 point = [0, 0, 0]\n[[force]]\nname = \"rub\"\ntype = \"joint-friction\"\njoints = [\"bearing\"]\n\
+                 params = { kind = \"rotation\", mu = 30, radius = 0.2, transition_speed = 1e-4 }";
+    let rub = said(rotor);
+    assert!(rub.contains("`rub` with mu = 30;"), "{rub}");
 }
 
 /// A run that cannot begin does not leave a folder in which it seems to run for ever.

@@ -552,7 +552,7 @@ fn open_velocities_are_those_of_least_energy_with_elements_between_bodies() {
             "[[force]]\nname = \"rotor\"\ntype = \"rotational-inerter\"\nbodies = [\"a\", \"b\"]\nparams.inertance = {b:e}\n"
         )
     };
-    for b in [1e-3, 1.0, 100.0, 1e6, 1e12] {
+    for b in [1e-3, 1.0, 100.0, 1e5] {
         let report = try_text(&text(&rotor(b)), &[]).unwrap();
         let w = (b - 2.0) / (5.1 + b);
         let energy = 0.5 * (1.1 * w * w + (2.0 * w + 1.0).powi(2) + 0.1 + b * (7.1 / (5.1 + b)).powi(2));

@@ -17,6 +17,9 @@ use crate::catalog::{Catalog, ElementHandle, LibraryInfo, fault_code};
 use crate::diagnostics::{Diagnostic, codes, suggest};
 use crate::scene::{ElementKind, ElementRecord, LocalFrame, Placement, Scene};
 
+/// Parameters beyond this size, SI, are no fault of an element that cannot compute with them: squares are next to the largest number.
+const OVERFLOWS: f64 = 1e150;
+
 /// The elements of a scene, those that are switched on.
 pub(super) struct Elements {
     pub(super) instances: Vec<Instance>,
@@ -401,6 +404,11 @@ impl Elements {
             None => Arc::clone(shared),
         };
         self.sets[set].announce(&record.name.value);
+        let overflows = |value: &toml::Value| value.as_float().is_some_and(|number| number.abs() > OVERFLOWS);
+        let remedy = match table.iter().find(|(_, value)| overflows(value)) {
+            Some((key, _)) => format!("`{key}` is too large to be computed with"),
+            None => format!("this is a defect of {} {}", handle.library.package, handle.library.version),
+        };
         let index = self.sets[set].add(table).map_err(|error| refusal(record, &full_name, error))?;
         let failed = |message: &str| {
             Box::new(
@@ -409,7 +417,7 @@ impl Elements {
                     format!("`{full_name}` failed while recording its equations: {message}"),
                 )
                 .at(record.type_name.span.clone(), format!("for `{}`", record.name.value))
-                .help(format!("this is a defect of {} {}", handle.library.package, handle.library.version)),
+                .help(remedy.as_str()),
             )
         };
         let recording = self.sets[set].record(index).map_err(|fault| failed(&fault.message))?;
@@ -420,7 +428,7 @@ impl Elements {
                     format!("`{full_name}` gives unusable equations: {message}"),
                 )
                 .at(record.type_name.span.clone(), format!("for `{}`", record.name.value))
-                .help(format!("this is a defect of {} {}", handle.library.package, handle.library.version)),
+                .help(remedy.as_str()),
             )
         };
         if let Some(row) = unset_row(&recording) {

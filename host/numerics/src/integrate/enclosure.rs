@@ -46,8 +46,6 @@ const DEEPEST: u32 = 24;
 const RESTS: u32 = 3;
 /// Pieces of a step that are looked at.
 const MOST_PIECES: usize = 300;
-/// Share of a step from which on it ends where it is proved to that no pulse in time is missed, when all pieces are used up.
-const LEAST_PROVED: f64 = 1.0 / 64.0;
 /// How much more a quantity may change in the worst direction than in the one that the twin tries.
 const MANY_DIRECTIONS: f64 = 4.0;
 /// Places of a step that the twin looks at.

@@ -84,7 +84,9 @@ pub(super) fn velocities(
         // What the joints and the scene determine is the same by any mass, and keeps its digits by that of bodies.
         let mut other = vec![0.0; n];
         solve(&structure, &uneven, &mut other).map_err(AnalysisError::from)?;
-        if !differing(model, state, [&v, &other], length).is_empty() {
+        // Nothing in one of them may be something in the other.
+        let pairs = [[&v[..], &other[..]], [&other[..], &v[..]]];
+        if pairs.into_iter().any(|pair| !differing(model, state, pair, length).is_empty()) {
             match solve(&KktStructure { mass, ..structure.clone() }, &values, &mut v) {
                 // Bodies are too light beside the mass of elements: what these lend them counts.
                 Err(LinalgError::NotPositiveDefinite { .. }) => {}
@@ -133,9 +135,12 @@ pub(super) fn velocities(
     Ok(misses)
 }
 
+/// Entries of a matrix, row and column, and their values.
+type Entries = (Vec<(usize, usize)>, Vec<f64>);
+
 /// Pattern and values of the mass matrix where elements bring kinetic energy: what they lend to bodies stands for a part of it only, and they
 /// couple bodies. `None` where none does.
-fn mass_with_elements(model: &Model, layout: &Layout, state: &[f64]) -> Option<(Vec<(usize, usize)>, Vec<f64>)> {
+fn mass_with_elements(model: &Model, layout: &Layout, state: &[f64]) -> Option<Entries> {
     if !model.elements.iter().any(Instance::brings_kinetic) {
         return None;
     }

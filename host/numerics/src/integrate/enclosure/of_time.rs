@@ -1,7 +1,7 @@
 //! What depends on time alone: known before a step is made, which then ends at knots of tables, before jumps, and before a
 //! function gets sharp.
 
-use super::{DEEPEST, Enclosure, LEAST_PROVED, MOST_PIECES, NEGLIGIBLE, is_seen, leaves};
+use super::{DEEPEST, Enclosure, MOST_PIECES, NEGLIGIBLE, is_seen, leaves};
 use crate::integrate::run::Run;
 use crate::integrate::{Guard, Watched};
 use crate::interval::{Interval, Range};
@@ -63,7 +63,7 @@ impl Enclosure {
             }
         }
         let mut pieces = vec![(0.0, 1.0, 0)];
-        let (mut count, mut is_open) = (0, false);
+        let mut count = 0;
         let mut firsts = vec![0.0; n];
         values_at_time(run, start, &mut firsts);
         while let Some((from, to, depth)) = pieces.pop() {
@@ -88,10 +88,6 @@ impl Enclosure {
                 continue;
             }
             if wide && depth < DEEPEST {
-                if from >= LEAST_PROVED && !is_open {
-                    return Some(from);
-                }
-                is_open = true;
                 run.counters.leave_open([start + from * h, start + to * h]);
             }
             run.counters.unproven += usize::from(wide);

@@ -1,6 +1,7 @@
 //! Steps that end where the right side switches: as accurate as smooth ones, and few.
 
 use super::*;
+use crate::interval::{Interval, Range};
 
 /// A mass between a spring and a force of constant size towards the middle: u'' = -u - 2 sign(u).
 fn relay(_t: f64, y: &[f64], dy: &mut [f64]) {
@@ -232,4 +233,61 @@ fn no_stage_is_behind_the_end_of_its_step() {
         assert!(matches!(outcome.status, Status::Completed), "{name}: {:?}", outcome.status);
         assert!(y[0].abs() < 1e-14 && outcome.counters.rejected == 0, "{name}: {y:?}, {:?}", outcome.counters);
     }
+}
+
+/// y' = sin f with a bell f over time, which is exactly zero away from it.
+struct Bell;
+
+impl Bell {
+    const AT: f64 = 10.12;
+    const WIDTH: f64 = 0.01;
+
+    fn value(t: f64) -> f64 {
+        (-((t - Self::AT) / Self::WIDTH).powi(2)).exp()
+    }
+}
+
+impl System for Bell {
+    fn dim(&self) -> usize {
+        1
+    }
+    fn rhs(&mut self, t: f64, _: &[f64], dy: &mut [f64]) -> Result<(), Failure> {
+        dy[0] = Self::value(t).sin();
+        Ok(())
+    }
+    fn error_norm(&mut self, _: &[f64], _: &[f64], error: &[f64]) -> f64 {
+        error[0].abs() / 1e-10
+    }
+    fn guards(&self) -> Guards {
+        Guards { of_time: vec![Guard::Feature, Guard::Feature], ..Guards::default() }
+    }
+    fn enclose(
+        &mut self,
+        _: Watched,
+        t: Range,
+        _: &dyn Fn(usize) -> Range,
+        _: &dyn Fn(usize) -> bool,
+        found: &mut [Range],
+    ) {
+        let share = (t.value - Interval::point(Self::AT)).scaled(1.0 / Self::WIDTH);
+        let bell = (-share.square()).rising(f64::exp);
+        let slope = bell * share.scaled(-2.0 / Self::WIDTH) * t.slope;
+        found[0] = Range::new(bell, slope, Self::value(t.middle));
+        found[1] = Range::new(bell.sin(), slope * bell.cos(), Self::value(t.middle).sin());
+    }
+    fn values(&mut self, _: Watched, t: f64, _: &dyn Fn(usize) -> f64, found: &mut [f64]) {
+        found.copy_from_slice(&[Self::value(t), Self::value(t).sin()]);
+    }
+}
+
+#[test]
+fn pulses_beside_what_is_exactly_zero_are_felt() {
+    let mut y = [0.0];
+    let span = Span { t_start: 0.0, t_end: 20.0, sample_times: &[] };
+    let outcome = dop853().integrate(&mut Bell, &mut y, &span, &Options::default()).unwrap();
+    // The integral of sin(exp(-x^2)), by its series.
+    let terms = [(1.0, 1.0), (3.0, -6.0), (5.0, 120.0), (7.0, -5040.0), (9.0, 362_880.0), (11.0, -39_916_800.0)];
+    let known = Bell::WIDTH * terms.iter().map(|(n, f)| (std::f64::consts::PI / n).sqrt() / f).sum::<f64>();
+    assert!((y[0] - known).abs() < 1e-9, "{} for {known}", y[0]);
+    assert_eq!((outcome.counters.unproven, outcome.counters.open), (0, None));
 }
