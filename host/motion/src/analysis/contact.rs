@@ -556,7 +556,10 @@ impl Meeting {
         let mut own: Vec<f64> = (0..self.rows.len())
             .map(|i| {
                 let parts = self.jacobian[i].iter().map(|(column, slope)| (slope * of_bodies[*column]).abs());
-                let weights = self.responses[i].iter().zip(weights).map(|(gives, weight)| (gives * weight).abs());
+                // In whatever direction: a pendulum that hangs straight down does so to round-off.
+                let norm = |of: &[f64]| of.iter().take(3).map(|part| part * part).sum::<f64>().sqrt();
+                let weights =
+                    self.responses[i].chunks(6).zip(weights.chunks(6)).map(|(gives, of)| norm(gives) * norm(of));
                 parts.sum::<f64>() + gammas[self.rows[i]].abs() + weights.sum::<f64>()
             })
             .collect();
