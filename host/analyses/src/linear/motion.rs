@@ -91,16 +91,41 @@ impl Linear {
         let layout = &session.plan.layout;
         let rates = self.expansion.value(Function::States);
         let by_states = self.expansion.slope(Function::States, Direction::States);
-        // What places that are off by the size of the scene would do.
+        let slope = |along: Direction| self.expansion.slope(Function::States, along).abs();
+        let count = rates.len();
+        let fastest = (0..count).map(|k| by_states[(k, k)].abs()).fold(0.0, f64::max);
+        let per_time = if fastest > 0.0 { fastest } else { 1.0 };
+        // What places and velocities of the size of the scene would do, what loads would give bodies alone, and reactions as they are.
         let length = session.assembly.scales.length;
-        let by_places =
-            self.expansion.slope(Function::States, Direction::Positions).abs() * &self.expansion.scales * length;
-        let value = |k: usize| instant.inputs[layout.state_slot() + local.states()[k]];
+        let alone: Vec<f64> = (0..session.model.bodies.len())
+            .map(|body| alone(&self.expansion.sizes, &session.model, length, body))
+            .collect();
+        let accelerations =
+            DVector::from_fn(6 * alone.len(), |k, _| alone[k / 6] / if k % 6 < 3 { 1.0 } else { length });
+        let first = layout.multiplier_slot();
+        let multipliers = local.rows().iter().map(|row| instant.inputs[first + row].abs());
+        let multipliers = DVector::from_iterator(local.rows().len(), multipliers);
+        let moved = &self.expansion.scales * length;
+        let by_motion = slope(Direction::Positions) * &moved
+            + slope(Direction::Velocities) * &moved * per_time
+            + slope(Direction::Accelerations) * accelerations
+            + slope(Direction::Multipliers) * multipliers;
+        // States that are zero are as large as what they follow would be.
+        let mut sizes: Vec<f64> =
+            (0..count).map(|k| instant.inputs[layout.state_slot() + local.states()[k]].abs()).collect();
+        let terms = |sizes: &[f64], k: usize| -> f64 {
+            by_motion[k] + (0..count).map(|other| by_states[(k, other)].abs() * sizes[other]).sum::<f64>()
+        };
+        for k in (0..count).chain(0..count) {
+            let own = by_states[(k, k)].abs();
+            if own > 0.0 {
+                sizes[k] = sizes[k].max(terms(&sizes, k) / own);
+            }
+        }
         let mut names: Vec<String> = Vec::new();
         for (k, rate) in rates.iter().enumerate() {
-            let terms: f64 = (0..rates.len()).map(|other| (by_states[(k, other)] * value(other)).abs()).sum();
             let name = &session.model.elements[layout.element_of_state(local.states()[k])].name;
-            if rate.abs() > NO_ACCELERATION * (terms + by_places[k]) && !names.contains(name) {
+            if rate.abs() > NO_ACCELERATION * terms(&sizes, k) && !names.contains(name) {
                 names.push(name.clone());
             }
         }
