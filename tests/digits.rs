@@ -202,7 +202,13 @@ fn are_off_by_no_more(text: &str, precise: bool) {
         assert_eq!(digits.precise, precise);
         for (output, (own, exact)) in digits.outputs.iter().zip(report.columns.iter().zip(&sharp.columns)) {
             let off = own.iter().zip(exact).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-            assert!(off <= output.error, "{} at {tolerance}: {off:?} is more than {:?}", output.name, output.error);
+            // The sharp run is off by round-off, too.
+            assert!(
+                off <= 1.000_1 * output.error,
+                "{} at {tolerance}: {off:?} is more than {:?}",
+                output.name,
+                output.error
+            );
         }
     }
 }
