@@ -83,14 +83,10 @@ impl JointEquations {
         let zero = g.constant(0.0);
         let mut balance = Balance { left: vec![zero; layout.velocities()], squares: vec![zero; layout.velocities()] };
         let mut rewriting = Rewriting::new(&equations.graph, &mut g, replaced);
-        // Accelerations that loads depend on are known here where they were not solved for by themselves.
-        let known = |slot: usize| accelerations.get(slot.checked_sub(layout.acceleration_slot())?).copied();
-        for node in if self.has_inertia { equations.graph.live(&equations.loads) } else { Vec::new() } {
-            if let Expr::Input(slot) = equations.graph.expr(node)
-                && let Some(new) = known(slot as usize)
-            {
-                rewriting.replace(node, new);
-            }
+        if self.has_inertia {
+            // Accelerations that loads depend on were not solved for by themselves.
+            let known = |slot: usize| accelerations.get(slot.checked_sub(layout.acceleration_slot())?).copied();
+            replace_inputs(&mut rewriting, equations, &equations.loads, known);
         }
         for (column, load) in equations.loads.iter().enumerate().filter(|(column, _)| concerned[column / 6]) {
             let load = rewriting.carry(&mut g, *load);
@@ -175,13 +171,7 @@ impl JointEquations {
             let acceleration = slot.checked_sub(layout.acceleration_slot()).and_then(|k| accelerations.get(k));
             acceleration.or_else(|| multipliers.get(slot.checked_sub(layout.multiplier_slot())?)).copied()
         };
-        for node in equations.graph.live(nodes) {
-            if let Expr::Input(slot) = equations.graph.expr(node)
-                && let Some(new) = solved(slot as usize)
-            {
-                rewriting.replace(node, new);
-            }
-        }
+        replace_inputs(&mut rewriting, equations, nodes, solved);
         let mut nodes = rewriting.carry_all(&mut g, nodes);
         nodes.extend(slots.iter().filter_map(|slot| solved(*slot)));
         let reactions = Reactions { nodes, left: balance.left, squares: balance.squares, pivots, graph: g };
@@ -227,6 +217,22 @@ impl JointEquations {
             velocities.extend(body.v.into_iter().chain(body.w).map(|node| own.carry(g, node)));
         }
         derivatives(g, &velocities, &seeds)
+    }
+}
+
+/// Puts what is known in place of the inputs that nodes depend on.
+fn replace_inputs(
+    rewriting: &mut Rewriting<'_>,
+    equations: &Equations,
+    nodes: &[Node],
+    known: impl Fn(usize) -> Option<Node>,
+) {
+    for node in equations.graph.live(nodes) {
+        if let Expr::Input(slot) = equations.graph.expr(node)
+            && let Some(new) = known(slot as usize)
+        {
+            rewriting.replace(node, new);
+        }
     }
 }
 

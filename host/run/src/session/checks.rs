@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::path::PathBuf;
 use std::thread;
 
-use super::common::{ReadTable, Tables};
+use super::common::{Common, ReadTable, Tables};
 use super::opened::Session;
 use crate::diagnostics::{Diagnostic, codes};
 use crate::results::{Check, CheckResult, Expected};
@@ -24,12 +24,18 @@ pub(super) fn missing_tables(scene: &Scene) -> Vec<Diagnostic> {
 }
 
 impl Session {
-    /// Begins to read what the checks compare with on another thread, so that it is there at the end of the run.
+    /// Where the tables are kept that the checks compare with; each is read where it is first asked for.
+    pub(super) fn tables(&self) -> Tables {
+        self.options.common.as_ref().map(Common::tables).unwrap_or_default()
+    }
+
+    /// The same, which begins to read them on another thread, so that they are there at the end of the run. Variants of one scene share
+    /// what the first of them has read.
     pub(super) fn read_ahead(&self) -> Tables {
-        if let Some(common) = &self.options.common {
-            return common.tables();
+        let tables = self.tables();
+        if self.options.common.is_some() {
+            return tables;
         }
-        let tables = Tables::default();
         let asked = self.asked_tables();
         if !asked.is_empty() {
             let own = tables.clone();

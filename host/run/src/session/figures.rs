@@ -8,7 +8,7 @@ use crate::scene::Dimension;
 
 impl Session {
     /// Figures and checks of the samples, written into a summary; the checks with their samples. The tables are those of
-    /// [`Session::read_ahead`].
+    /// [`Session::tables`].
     pub(super) fn evaluate(&self, summary: &mut Summary, samplings: &Samplings, tables: &Tables) -> Vec<CheckResult> {
         summary.rows = samplings.rows();
         summary.figures = self.figures(samplings);

@@ -402,7 +402,7 @@ impl<'a> Run<'a> {
         let judged = session.judge_reactions(&mut summary, &mut samplings, ended.state.as_ref().ok());
         judged.map_err(|error| session.files_error(&error))?;
         session.judge_outputs(&mut summary, &samplings);
-        let checks = session.evaluate(&mut summary, &samplings, &session.read_ahead());
+        let checks = session.evaluate(&mut summary, &samplings, &session.tables());
         failed.map_or(Ok(samplings.report(summary, checks)), Err)
     }
 
