@@ -41,9 +41,9 @@ pub struct Kept {
 }
 
 impl Folder {
-    /// Makes the folder where it is missing, and the files: first the summary, which says `running`, so that a finished
-    /// one never stands beside the table of another run. Everything else of a former run, its summary too, is removed before; the
-    /// metadata of the columns are replaced where they differ.
+    /// Makes the folder where it is missing, and the files: first the summary, which replaces that of a former run in one move and says
+    /// `running`, so that no table is ever without one, nor beside a finished one of another run. Everything else of a former run is removed
+    /// then; the metadata of the columns are replaced where they differ.
     ///
     /// # Errors
     /// [`ResultsError::Write`]; also where another run is writing there.
@@ -57,10 +57,10 @@ impl Folder {
         fs::create_dir_all(path).map_err(|cause| ResultsError::write(path, cause))?;
         let table = path.join(RESULTS_FILE);
         let claimed = CsvWriter::claim(&table)?;
-        for name in [SUMMARY_FILE, CHECKPOINT_FILE, STATE_FILE, MOTION_FILE, DIGITS_FILE] {
+        summary.write(&path.join(SUMMARY_FILE))?;
+        for name in [CHECKPOINT_FILE, STATE_FILE, MOTION_FILE, DIGITS_FILE] {
             remove(&path.join(name))?;
         }
-        summary.write(&path.join(SUMMARY_FILE))?;
         channels::write(&path.join(CHANNELS_FILE), time, channels)?;
         let table = CsvWriter::begin(&table, claimed, channels)?;
         let motion = motion.map(|header| MotionWriter::create(&path.join(MOTION_FILE), header)).transpose()?;
