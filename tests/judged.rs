@@ -461,10 +461,12 @@ fn a_driver_with_a_kink_is_named() {
 /// Where time determines the motion, nothing is integrated; a kink is the same.
 #[test]
 fn a_driver_with_a_kink_is_named_where_nothing_is_free() {
-    for angle in [
-        "\"10 min(t, 0.5)\"",
-        "\"3 max(0, t - 0.5)\"",
-        "{ points = [[-1, -2], [0, 0], [0.25, 0.6], [0.5, 1]], interpolation = \"monotone\" }",
+    for (angle, at) in [
+        ("\"10 min(t, 0.5)\"", "0.5"),
+        ("\"3 max(0, t - 0.5)\"", "0.5"),
+        ("{ points = [[-1, -2], [0, 0], [0.25, 0.6], [0.5, 1]], interpolation = \"monotone\" }", "0.5"),
+        // Right at the start.
+        ("\"max(0, sin(3 t))\"", ""),
     ] {
         let text = format!(
             r#"
@@ -498,10 +500,40 @@ params.angle = {angle}
             let summary = run(&text, sets).summary;
             let seen = (summary.status, summary.code);
             assert_eq!(seen, (Status::Suspect, Some(codes::AUDIT_CONSTRAINTS)), "{angle} {sets:?}: {}", summary.reason);
-            assert!(summary.reason.contains("in drive: ") && summary.reason.contains("(t = 0.5"), "{}", summary.reason);
+            assert!(summary.reason.contains("in drive: ") && summary.reason.contains(&format!("(t = {at}")), "{}", summary.reason);
             assert!(summary.reason.contains("it has a kink there"), "{angle} {sets:?}: {}", summary.reason);
         }
     }
+}
+
+/// A drive that rests and then turns quickly has no kink, however slow the scene has been until then.
+#[test]
+fn a_drive_that_rests_before_it_turns_has_no_kink() {
+    let text = r#"
+[plugins]
+libraries = ["odyn-joints"]
+[simulation]
+t_end = 10
+output_step = 0.05
+[[body]]
+name = "plate"
+mass = 1
+inertia = [0.1, 0.1, 0.1]
+[[joint]]
+name = "drive"
+type = "rotation-driver"
+bodies = ["ground", "plate"]
+axis = [0, 0, 1]
+params.angle = { points = [[0, 0], [5, 0], [5.001, 1], [10, 1]], interpolation = "monotone" }
+[[joint]]
+name = "bearing"
+type = "revolute"
+bodies = ["ground", "plate"]
+axis = [0, 0, 1]
+"#;
+    let summary = run(text, &[]).summary;
+    assert_eq!((summary.status, summary.method), (Status::Completed, "kinematic".into()), "{}", summary.reason);
+    assert!(summary.audit.velocity_violation < 1e-12, "{:?}", summary.audit);
 }
 
 /// A weight that is drawn through the sheave from which it hangs: the strand's length is a root there, with a kink.

@@ -79,7 +79,8 @@ impl Integrator for Kinematic {
         run.rhs(run.t, y, &mut self.rates[0], 0.0)?;
         let mut events = Events::new(run, 0.0);
         let limit = run.options.fixed_step.unwrap_or(f64::INFINITY);
-        let mut h = run.options.first_step.unwrap_or(FIRST_SHARE * (run.span.t_end - run.span.t_start));
+        let first = run.options.first_step.unwrap_or(FIRST_SHARE * (run.span.t_end - run.span.t_start));
+        let (mut h, mut turned_at) = (first, None);
         while run.t < run.span.t_end {
             run.check_step_limit()?;
             h = h.min(run.longest_step(y)).min(limit);
@@ -96,8 +97,11 @@ impl Integrator for Kinematic {
                     h = tried * factor(run.options, error);
                     if let Some(wanted) = events.beyond_break(run) {
                         h = h.max(wanted);
-                        if run.t < run.span.t_end {
-                            self.turn(run, y, t_new)?;
+                        if t_new < run.t && run.t < run.span.t_end {
+                            if let Some(beyond) = self.turned(run, y)? {
+                                run.t = t_new;
+                                self.finish_step(run, y, beyond)?;
+                            }
                             run.rhs(run.t, y, &mut self.rates[0], 0.0)?;
                         }
                     }
@@ -115,7 +119,13 @@ impl Integrator for Kinematic {
             };
             run.reject(&reason);
             if h < run.smallest_step() {
-                return Err(Trouble::Stop(reason));
+                // Nothing is integrated that could be hard to follow: a kink is right ahead that nothing told of, or there is no way.
+                let tried = turned_at.replace(run.t) == Some(run.t);
+                let beyond = if tried { None } else { self.turned(run, y).unwrap_or(None) };
+                let Some(beyond) = beyond else { return Err(Trouble::Stop(reason)) };
+                self.finish_step(run, y, beyond)?;
+                run.rhs(run.t, y, &mut self.rates[0], 0.0)?;
+                (h, turned_at) = (first, Some(run.t));
             }
         }
         Ok(())
@@ -168,25 +178,28 @@ impl Kinematic {
         worst
     }
 
-    /// Beyond a place where functions of time are not smooth, before which the step ended at `end`: where they have a kink, the state is
-    /// off there by what no step would make up for, and a step of no length brings it to the far side.
-    fn turn(&mut self, run: &mut Run<'_>, y: &mut [f64], end: f64) -> Result<(), Trouble> {
-        if run.t == end {
-            return Ok(());
-        }
+    /// Where functions of time have a kink, the state is off on its far side by what no step would make up for: a step of no length brings
+    /// it there. Returns where that step ends, none if there is no kink.
+    fn turned(&mut self, run: &mut Run<'_>, y: &[f64]) -> Result<Option<f64>, Trouble> {
         // What a table does behind its last point begins just behind it.
         let beyond = (run.t + run.smallest_step()).min(run.span.t_end);
+        // Where rates jump without a kink, the state on the far side is that much further, however slow all is.
+        let failed = |failure| final_trouble_of(failure, beyond);
         self.y_new.copy_from_slice(y);
-        run.counters.projections += 1;
-        run.system.project_across(beyond, &mut self.y_new).map_err(|failure| final_trouble_of(failure, beyond))?;
-        for ((error, was), is) in self.error.iter_mut().zip(&*y).zip(&self.y_new) {
-            *error = was - is;
+        run.system.project(beyond, &mut self.y_new).map_err(failed)?;
+        let (far, share) = (&mut self.rates[1], beyond - run.t);
+        run.system.rhs(beyond, &self.y_new, far).map_err(failed)?;
+        for ((value, was), rate) in self.y_new.iter_mut().zip(y).zip(&*far) {
+            *value = if rate.is_finite() { was + share * rate } else { *was };
         }
-        if run.system.error_norm(y, &self.y_new, &self.error) <= 1.0 {
-            return Ok(());
+        self.error.copy_from_slice(&self.y_new);
+        run.system.project_across(beyond, &mut self.y_new).map_err(failed)?;
+        run.counters.projections += 2;
+        run.counters.evaluations += 1;
+        for (error, is) in self.error.iter_mut().zip(&self.y_new) {
+            *error -= is;
         }
-        run.t = end;
-        self.finish_step(run, y, beyond)
+        Ok(Some(beyond).filter(|_| run.system.error_norm(y, &self.y_new, &self.error) > 1.0))
     }
 
     /// The size of the step to be tried instead of one that missed something between its nodes.
