@@ -74,9 +74,14 @@ fn impossible(gaps: &[Gap], scene: &Scene) -> SessionError {
         let (span, text) = (record.name.span.clone(), texts.join(", "));
         diagnostic = if k == 0 { diagnostic.at(span, text) } else { diagnostic.context(span, text) };
     }
+    let others = match joints.len() {
+        1 => "the gaps are those where the bodies miss least; those of other joints that it contradicts are round-off beside them",
+        _ => "the gaps are those where the bodies miss least; other joints are not part of the conflict",
+    };
     let diagnostic = diagnostic
-        .help("the gaps are those where the bodies miss least; other joints are not part of the conflict")
-        .help("check lengths, points and axes of the joints named, or take one of them away; positions may be rough");
+        .help(others)
+        .help("check lengths, points and axes of the joints named, or take one of them away; positions may be rough")
+        .help("joints that hold again what others hold must agree with them to twelve digits: `point` and `axis` place them so, `frames` only as far as their numbers are written");
     SessionError::one(&scene.source, diagnostic)
 }
 
