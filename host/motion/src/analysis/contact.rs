@@ -586,8 +586,8 @@ impl Meeting {
         may_bounce: impl Fn(usize) -> bool,
     ) -> Option<Pattern> {
         let all = 0..self.touching.len();
-        let held = self.held(speed);
         let none: Vec<f64> = (0..self.rows.len()).map(|row| self.no_acceleration(row)).collect();
+        let held = self.held(speed, of_rows, &none);
         let mut candidates: Vec<usize> = all.clone().filter(|k| self.stays(*k, speed)).collect();
         loop {
             let pattern = self.at_rest(of_rows, &candidates, held.clone(), &none)?;

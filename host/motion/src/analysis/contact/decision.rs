@@ -91,7 +91,7 @@ impl Decision<'_> {
             return (found.0, found.1, Vec::new());
         }
         let mut closed = start.clone();
-        closed.held.iter_mut().filter(|one| !one.moves).for_each(|one| one.direction = [0.0; 2]);
+        closed.held.iter_mut().filter(|one| !one.moves && !one.is_drawn()).for_each(|one| one.direction = [0.0; 2]);
         closed.closed = self.candidates.iter().copied().filter(|k| self.meeting.gives_way(*k)).collect();
         let all_hold = self.pivot(closed).map(|found| self.determined(found));
         if let Some((choice, p)) = all_hold.clone().filter(|one| moving(one) == 0) {
@@ -141,8 +141,7 @@ impl Decision<'_> {
     fn moving(&self, choice: &Choice, p: &DVector<f64>) -> usize {
         let w = &self.meeting.delassus * p + self.b;
         let moves = |one: &&Held| {
-            let grip = self.grip(one);
-            !one.moves && norm(grip.free(pair(&grip.rows, |row| w[row]))) > 2.0 * self.none(one, p).0
+            !one.moves && norm(one.rate(self.grip(one), &w)) > 2.0 * self.none(one, p).0
         };
         let opens = |k: &&usize| w[self.meeting.first[**k]] > self.none[self.meeting.first[**k]];
         choice.held.iter().filter(moves).count() + self.candidates.iter().filter(opens).count()
@@ -162,8 +161,8 @@ impl Decision<'_> {
     pub(super) fn start(&self, mut held: Vec<Held>) -> Choice {
         for one in held.iter_mut().filter(|one| !one.moves) {
             let grip = self.grip(one);
-            let tends = grip.free(pair(&grip.rows, |row| self.b[row]));
-            let is_pushed = norm(tends) > grip.rows.iter().fold(0.0_f64, |most, row| most.max(self.none[*row]));
+            let tends = one.rate(grip, self.b);
+            let is_pushed = one.is_drawn() || norm(tends) > grip.rows.iter().fold(0.0_f64, |most, row| most.max(self.none[*row]));
             one.direction = if is_pushed { unit(tends) } else { [0.0; 2] };
             one.moves = grip.fixed && is_pushed;
         }
@@ -210,9 +209,9 @@ impl Decision<'_> {
         let mut choice = start.clone();
         choice.closed = self.candidates.iter().copied().filter(|k| p[first[*k]] > ROUGHLY * largest).collect();
         for one in choice.held.iter_mut().filter(|one| !one.moves) {
-            let grip = self.grip(one);
-            let rate = grip.free(pair(&grip.rows, |row| w[row]));
-            one.direction = if norm(rate) > ROUGHLY * self.b.amax() { unit(rate) } else { [0.0; 2] };
+            let rate = one.rate(self.grip(one), &w);
+            let slides = one.is_drawn() || norm(rate) > ROUGHLY * self.b.amax();
+            one.direction = if slides { unit(rate) } else { [0.0; 2] };
         }
         choice
     }
@@ -382,11 +381,16 @@ impl Decision<'_> {
     fn ways(&self, one: &Held) -> Vec<[f64; 2]> {
         let grip = self.grip(one);
         let [x, y] = match (grip.only, grip.rows.len()) {
+            _ if one.is_drawn() => unit(one.across),
             (Some(only), _) => only,
             (None, 1) => [1.0, 0.0],
             (None, _) if one.sticks() => [1.0, 0.0],
             (None, _) => one.direction,
         };
+        // What is drawn across slides that way, more or less to one side.
+        if one.is_drawn() {
+            return vec![[x, y], unit([x - y, x + y]), unit([x + y, y - x])];
+        }
         let mut ways = vec![[0.0; 2], [x, y], [-x, -y]];
         if grip.only.is_none() && grip.rows.len() > 1 {
             ways.extend([[-y, x], [y, -x]]);
@@ -431,12 +435,12 @@ impl Decision<'_> {
             return None;
         }
         let grip = self.grip(one);
-        let (force, rate) = (pair(&grip.rows, |row| p[row]), pair(&grip.rows, |row| w[row]));
+        let force = pair(&grip.rows, |row| p[row]);
         let bound = self.meeting.bound(one.bound, p);
         let (none, way) = self.none(one, p);
         if one.sticks() {
             // Others that are closed or stick may make it move, whatever it takes up.
-            let moved = grip.free(rate);
+            let moved = one.rate(grip, w);
             if norm(moved) > 2.0 * none {
                 return Some(unit(moved));
             }
@@ -447,8 +451,9 @@ impl Decision<'_> {
             let along = grip.free(force);
             return (slides && norm(along) > 0.0).then(|| unit(along).map(|x| -x));
         }
+        let rate = if one.is_drawn() { one.rate(grip, w) } else { pair(&grip.rows, |row| w[row]) };
         let along = rate[0] * one.direction[0] + rate[1] * one.direction[1];
-        (along < -2.0 * none).then_some([0.0; 2])
+        (along < -2.0 * none).then(|| if one.is_drawn() { unit(rate) } else { [0.0; 2] })
     }
 
     /// What of its rates is none, and how much they give way.

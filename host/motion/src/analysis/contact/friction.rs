@@ -19,6 +19,13 @@ use super::{Meeting, RANK_TOLERANCE, Shares};
 /// Iterations for the direction of sliding in a plane, and how well it is known then.
 const MOST_TURNS: usize = 2000;
 const TURNED: f64 = 1e-14;
+/// As many of them, and directions are turned at once: by so many of Newton's steps, with slopes over a small turn, none larger than a large
+/// one, and what is left then by round-off.
+const FEW_TURNS: usize = 40;
+const MOST_NEWTON: usize = 30;
+const SMALL_TURN: f64 = 1e-7;
+const LARGE_TURN: f64 = 0.5;
+const NEARLY_TURNED: f64 = 1e-13;
 /// How often a row that was taken to slide is let stick, in one decision.
 const MOST_RESTS: u32 = 3;
 /// Bisections of a restitution that gains energy.
@@ -50,7 +57,19 @@ impl Grip {
         (self.fixed, self.only) = way(&self.rows, geometry, sizes);
     }
 
-    /// What of a vector in the plane is in directions that others leave free.
+    /// What of a vector in the plane is a motion: in directions that others leave free, and across these.
+    pub(super) fn motion(&self, v: [f64; 2], none: f64) -> [f64; 2] {
+        if self.across(v, none) == [0.0; 2] { self.free(v) } else { v }
+    }
+
+    /// What of it is across these, if that is more than `none`.
+    fn across(&self, v: [f64; 2], none: f64) -> [f64; 2] {
+        let [x, y] = self.free(v);
+        let across = [v[0] - x, v[1] - y];
+        if norm(across) > none { across } else { [0.0; 2] }
+    }
+
+    /// What of it is in directions that others leave free.
     pub(super) fn free(&self, v: [f64; 2]) -> [f64; 2] {
         match self.only {
             None => v,
@@ -93,6 +112,8 @@ pub(super) struct Held {
     pub(super) moves: bool,
     /// Where it slides; zero where it sticks.
     pub(super) direction: [f64; 2],
+    /// How others move it across the only direction in which they let it move, whatever acts; it does not stick then. Zero where they do not.
+    pub(super) across: [f64; 2],
     /// How often it was let stick: see [`Held::may_rest`].
     rested: u32,
 }
@@ -112,9 +133,20 @@ impl Held {
         matches!(self.bound, Bound::Share(_, of) if of == contact)
     }
 
+    /// Whether others keep it from sticking: see [`Held::across`].
+    pub(super) fn is_drawn(&self) -> bool {
+        self.across != [0.0; 2]
+    }
+
+    /// How it moves where its rows have these rates; in directions that others leave, and as they move it.
+    pub(super) fn rate(&self, grip: &Grip, w: &DVector<f64>) -> [f64; 2] {
+        let [x, y] = grip.free(pair(&grip.rows, |row| w[row]));
+        [x + self.across[0], y + self.across[1]]
+    }
+
     /// Whether it is taken to slide, and may be let stick instead.
     pub(super) fn may_rest(&self) -> bool {
-        !self.moves && !self.sticks() && self.rested < MOST_RESTS
+        !self.moves && !self.sticks() && !self.is_drawn() && self.rested < MOST_RESTS
     }
 
     pub(super) fn rest(&mut self) {
@@ -165,34 +197,51 @@ impl Meeting {
 
     /// Where a grip slides to, if it moves.
     pub(super) fn moving(&self, grip: &Grip, speed: f64) -> Option<[f64; 2]> {
-        let rates = grip.free(pair(&grip.rows, |row| self.rates[row]));
-        let size = grip.rows.iter().fold(0.0_f64, |most, row| most.max(self.sizes[*row]));
-        let none = if grip.rows.len() > 1 { self.still.max(super::NO_SPEED) } else { super::NO_SPEED };
-        (norm(rates) > none * speed * size).then(|| unit(rates))
+        let none = self.no_slip(grip, speed);
+        let rates = grip.motion(pair(&grip.rows, |row| self.rates[row]), none);
+        (norm(rates) > none).then(|| unit(rates))
     }
 
-    /// Those that take part in a decision about accelerations.
-    pub(super) fn held(&self, speed: f64) -> Vec<Held> {
+    /// Where those that slide in a plane do so by now, as far as they move.
+    pub fn turned(&self, sliding: &mut [(usize, [f64; 2])], speed: f64) {
+        for (number, direction) in sliding {
+            let own = self.grips.iter().find(|grip| grip.number == *number && grip.rows.len() > 1);
+            *direction = own.and_then(|grip| self.moving(grip, speed)).unwrap_or(*direction);
+        }
+    }
+
+    /// How fast the rows of a grip may move without doing so, where speeds are of this size.
+    pub(super) fn no_slip(&self, grip: &Grip, speed: f64) -> f64 {
+        let size = grip.rows.iter().fold(0.0_f64, |most, row| most.max(self.sizes[*row]));
+        let none = if grip.rows.len() > 1 { self.still.max(super::NO_SPEED) } else { super::NO_SPEED };
+        none * speed * size
+    }
+
+    /// Those that take part in a decision about accelerations, which are `of_rows` while nothing acts along these; `none` is what is none.
+    pub(super) fn held(&self, speed: f64, of_rows: &DVector<f64>, none: &[f64]) -> Vec<Held> {
         let held = |(place, grip): (usize, &Grip)| {
             let moving = self.moving(grip, speed);
+            let none = grip.rows.iter().fold(0.0_f64, |most, row| most.max(none[*row]));
             Held {
                 grip: place,
                 bound: grip.contact.map_or(Bound::Known(grip.limit), |contact| Bound::Share(grip.limit, contact)),
                 moves: moving.is_some(),
                 direction: moving.unwrap_or([0.0; 2]),
+                across: grip.across(pair(&grip.rows, |row| of_rows[row]), none),
                 rested: 0,
             }
         };
         self.grips.iter().enumerate().map(held).collect()
     }
 
-    /// Those that take part in an impact of some contacts.
-    pub(super) fn held_in_impact(&self, contacts: &[usize]) -> Vec<Held> {
+    /// Those that take part in an impact of some contacts, where speeds are of this size.
+    pub(super) fn held_in_impact(&self, contacts: &[usize], speed: f64) -> Vec<Held> {
         let all = self.grips.iter().enumerate();
         let held = all.filter_map(|(place, grip)| {
             let contact = grip.contact.filter(|contact| contacts.contains(contact))?;
             let bound = Bound::Share(grip.limit, contact);
-            Some(Held { grip: place, bound, moves: false, direction: [0.0; 2], rested: 0 })
+            let across = grip.across(pair(&grip.rows, |row| self.rates[row]), self.no_slip(grip, speed));
+            Some(Held { grip: place, bound, moves: false, direction: [0.0; 2], across, rested: 0 })
         });
         held.collect()
     }
@@ -331,22 +380,20 @@ impl Meeting {
     /// directions in planes of those that begin to.
     pub(super) fn forces(&self, b: &DVector<f64>, closed: &[usize], held: &mut [Held]) -> DVector<f64> {
         let mut p = self.forces_for(b, closed, held);
-        for _ in 0..MOST_TURNS {
+        for turn in 1..=MOST_TURNS {
             let w = &self.delassus * &p + b;
             let mut turned = 0.0_f64;
-            for one in held.iter_mut() {
+            for place in self.turning(closed, held) {
+                let one = &mut held[place];
                 let grip = &self.grips[one.grip];
-                if one.moves || one.sticks() || grip.rows.len() < 2 || !is_active(one, closed) {
-                    continue;
-                }
                 let bound = self.bound(one.bound, &p);
                 let way: f64 = grip.rows.iter().map(|row| self.delassus[(*row, *row)]).sum();
-                let rate = grip.free(pair(&grip.rows, |row| w[row]));
+                let rate = one.rate(grip, &w);
                 let moved = [0, 1].map(|k| bound * one.direction[k] + rate[k] / way);
                 // Across it at most: what would turn back sticks.
                 let ahead = moved[0] * one.direction[0] + moved[1] * one.direction[1];
                 if ahead > 0.0 && way > 0.0 {
-                    let direction = unit(grip.free(moved));
+                    let direction = unit(if one.is_drawn() { moved } else { grip.free(moved) });
                     turned = turned.max(norm([0, 1].map(|k| direction[k] - one.direction[k])));
                     one.direction = direction;
                 }
@@ -354,12 +401,77 @@ impl Meeting {
             if turned == 0.0 {
                 break;
             }
+            if turn.is_multiple_of(FEW_TURNS) && turned >= TURNED {
+                self.turn_at_once(b, closed, held);
+            }
             p = self.forces_for(b, closed, held);
             if turned < TURNED {
                 break;
             }
         }
         p
+    }
+
+    /// Places of those that begin to slide in a plane.
+    fn turning(&self, closed: &[usize], held: &[Held]) -> Vec<usize> {
+        let turns = |one: &Held| {
+            let in_plane = self.grips[one.grip].rows.len() > 1;
+            in_plane && !one.moves && !one.sticks() && is_active(one, closed)
+        };
+        (0..held.len()).filter(|place| turns(&held[*place])).collect()
+    }
+
+    /// Turns all directions of those that begin to slide at once, by Newton's method: where what slides hardly moves, or hardly turns, projection
+    /// gets there in thousands of turns. They are left as they are where that leads nowhere.
+    fn turn_at_once(&self, b: &DVector<f64>, closed: &[usize], held: &mut [Held]) {
+        let mut places = self.turning(closed, held);
+        places.retain(|place| held[*place].is_drawn() || self.grips[held[*place].grip].only.is_none());
+        let given: Vec<[f64; 2]> = places.iter().map(|place| held[*place].direction).collect();
+        // How far each rate is from its direction, and whether all are along it.
+        let off = |held: &[Held]| -> (DVector<f64>, bool) {
+            let p = self.forces_for(b, closed, held);
+            let w = &self.delassus * &p + b;
+            let of = |place: &usize| {
+                let one = &held[*place];
+                let grip = &self.grips[one.grip];
+                let ([x, y], [u, v]) = (one.direction, one.rate(grip, &w));
+                let way: f64 = grip.rows.iter().map(|row| self.delassus[(*row, *row)]).sum();
+                let size = self.bound(one.bound, &p) * way + norm([u, v]);
+                if size > 0.0 { [(x * v - y * u) / size, (x * u + y * v) / size] } else { [0.0; 2] }
+            };
+            let found: Vec<[f64; 2]> = places.iter().map(of).collect();
+            let ahead = found.iter().all(|[_, along]| *along >= -TURNED);
+            (DVector::from_iterator(found.len(), found.iter().map(|[across, _]| *across)), ahead)
+        };
+        let turned = |[x, y]: [f64; 2], by: f64| [x * by.cos() - y * by.sin(), x * by.sin() + y * by.cos()];
+        let (mut now, _) = off(held);
+        for _ in 0..MOST_NEWTON {
+            let mut slopes = DMatrix::zeros(places.len(), places.len());
+            for (k, place) in places.iter().enumerate() {
+                let was = held[*place].direction;
+                held[*place].direction = turned(was, SMALL_TURN);
+                slopes.set_column(k, &((off(held).0 - &now) / SMALL_TURN));
+                held[*place].direction = was;
+            }
+            let Some(by) = slopes.lu().solve(&-&now) else { break };
+            let share = (LARGE_TURN / by.amax()).min(1.0);
+            for (place, by) in places.iter().zip(by.iter()) {
+                held[*place].direction = turned(held[*place].direction, share * by);
+            }
+            let (next, ahead) = off(held);
+            if by.amax() < TURNED && ahead {
+                return;
+            }
+            // As near as round-off lets it be.
+            if next.amax() >= now.amax() {
+                if ahead && now.amax() < NEARLY_TURNED {
+                    return;
+                }
+                break;
+            }
+            now = next;
+        }
+        places.iter().zip(given).for_each(|(place, direction)| held[*place].direction = direction);
     }
 
     fn forces_for(&self, b: &DVector<f64>, closed: &[usize], held: &[Held]) -> DVector<f64> {
@@ -407,7 +519,7 @@ impl Meeting {
 
     /// The impulses of an impact of some contacts together, and what was decided for its compression; `unit` is the speed that is none.
     pub(super) fn struck(&self, together: &[usize], unit: f64) -> Option<(DVector<f64>, Pattern)> {
-        let (held, none) = (self.held_in_impact(together), self.none(FINER * unit));
+        let (held, none) = (self.held_in_impact(together, unit / super::NO_SPEED), self.none(FINER * unit));
         let pattern = match together {
             [_] => self.complementary(&self.rates, together, held.clone(), &none)?,
             _ => self.at_rest(&self.rates, together, held.clone(), &none)?,

@@ -56,7 +56,7 @@ impl Meeting {
         }
         let all: Vec<usize> = (0..self.touching.len()).collect();
         let rates = self.rates.clone();
-        let held = self.held_in_impact(&all);
+        let held = self.held_in_impact(&all, speed);
         if let Some(pattern) = self.complementary(&rates, &all, held, &self.none(NO_SPEED * speed)) {
             self.push(pattern.forces);
         }
@@ -134,7 +134,7 @@ impl Meeting {
             loses && (0..self.rows.len()).any(|row| change[row].abs() > unit * self.sizes[row])
         };
         let decision = Decision { meeting: self, b: &self.rates, candidates: &all, none: &self.none(unit) };
-        let start = decision.start(self.held_in_impact(&all));
+        let start = decision.start(self.held_in_impact(&all, speed));
         let Some((_, impulses)) = decision.search(&start, changes) else { return false };
         self.push(impulses);
         true

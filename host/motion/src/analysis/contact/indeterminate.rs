@@ -159,7 +159,7 @@ impl Meeting {
     /// Where a grip begins to slide to, if its rows have these accelerations.
     fn begins(&self, grip: &Grip, w: &DVector<f64>) -> Option<[f64; 2]> {
         let none = grip.rows.iter().fold(0.0_f64, |most, row| most.max(self.no_acceleration(*row)));
-        let rate = grip.free(pair(&grip.rows, |row| w[row]));
+        let rate = grip.motion(pair(&grip.rows, |row| w[row]), none);
         (norm(rate) > none).then(|| direction_of(rate))
     }
 
@@ -186,7 +186,7 @@ impl Meeting {
             for (place, grip) in self.taking((&one, &rows)) {
                 let found = pattern.sliding.iter().find(|(number, _)| *number == grip.number);
                 // That of a contact that presses with nothing slides as the others do.
-                let rate = grip.free(pair(&grip.rows, |row| w[row]));
+                let rate = grip.motion(pair(&grip.rows, |row| w[row]), self.no_slip(grip, unit / super::NO_SPEED));
                 let slides = norm(rate) > unit * self.sizes[grip.rows[0]] && !pattern.sticking.contains(&grip.number);
                 let Some(direction) = found.map(|(_, way)| *way).or(slides.then(|| direction_of(rate))) else {
                     continue;

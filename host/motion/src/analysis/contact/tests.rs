@@ -102,7 +102,7 @@ fn contacts_at_rest_are_always_decided() {
         let b = &jacobian * DVector::from_vec(random.vector(3));
         let candidates = meeting.touching.clone();
         let decision = Decision { meeting: &meeting, b: &b, candidates: &candidates, none: &meeting.none(1e-9) };
-        let held = meeting.held(1.0);
+        let held = meeting.held(1.0, &b, &meeting.none(1e-9));
         circled += u32::from(decision.pivot(decision.start(held.clone())).is_none());
         let (_, p) = decision.decide(held).unwrap_or_else(|| panic!("{number}: nothing was decided"));
         assert!(off(&meeting, &b, &p) < 1e-7, "{number}: {:.1e}", off(&meeting, &b, &p));
@@ -119,7 +119,7 @@ fn pivoting_finds_what_trying_all_choices_finds() {
         let b = &jacobian * DVector::from_vec(random.vector(3));
         let candidates = meeting.touching.clone();
         let decision = Decision { meeting: &meeting, b: &b, candidates: &candidates, none: &meeting.none(1e-9) };
-        let held = meeting.held(1.0);
+        let held = meeting.held(1.0, &b, &meeting.none(1e-9));
         let [one, other] =
             [decision.pivot(decision.start(held.clone())), decision.search(&decision.start(held), |_| true)]
                 .map(|found| &jacobian.transpose() * found.expect("little friction is decided").1);
@@ -146,7 +146,7 @@ fn sliding_contacts_have_accelerations_or_seize() {
         let b = &jacobian * DVector::from_vec(random.vector(3));
         let decide = |meeting: &Meeting| {
             let decision = Decision { meeting, b: &b, candidates: &all, none: &meeting.none(1e-9) };
-            decision.decide(meeting.held(1e3)).is_some()
+            decision.decide(meeting.held(1e3, &b, &meeting.none(1e-9))).is_some()
         };
         for _ in 0..4 {
             if decide(&meeting) {
@@ -262,14 +262,14 @@ fn what_can_stay_at_rest_stays() {
             meeting.share(&mut p, &Choice { closed: candidates.clone(), held, wide: false });
             p
         };
-        let holds = off(&meeting, &b, &all(meeting.held(1.0))) < 1e-10;
+        let holds = off(&meeting, &b, &all(meeting.held(1.0, &b, &meeting.none(1e-9)))) < 1e-10;
         let moves = |p: &DVector<f64>| (&meeting.delassus * p + &b).amax() > 1e-6;
         let found = meeting
-            .at_rest(&b, &candidates, meeting.held(1.0), &meeting.none(1e-9))
+            .at_rest(&b, &candidates, meeting.held(1.0, &b, &meeting.none(1e-9)), &meeting.none(1e-9))
             .expect("contacts at rest are decided");
         assert!(off(&meeting, &b, &found.forces) < 1e-7, "{number}: {:.1e}", off(&meeting, &b, &found.forces));
         assert!(!holds || !moves(&found.forces), "{number}: it could stay");
-        let alone = meeting.complementary(&b, &candidates, meeting.held(1.0), &meeting.none(1e-9)).expect("the same");
+        let alone = meeting.complementary(&b, &candidates, meeting.held(1.0, &b, &meeting.none(1e-9)), &meeting.none(1e-9)).expect("the same");
         went += u32::from(holds && moves(&alone.forces));
     }
     assert!(went > 10, "{went}");
@@ -346,7 +346,7 @@ fn several_motions_are_told_in_every_order() {
             let (meeting, jacobian) = touching(points, inertia);
             let b = &jacobian * &push;
             let found =
-                meeting.at_rest(&b, &meeting.touching, meeting.held(1.0), &meeting.none(1e-9)).expect("it is decided");
+                meeting.at_rest(&b, &meeting.touching, meeting.held(1.0, &b, &meeting.none(1e-9)), &meeting.none(1e-9)).expect("it is decided");
             let masses = DVector::from_vec(vec![1.0, 1.0, 1.0 / inertia]);
             (masses.component_mul(&(jacobian.transpose() * &found.forces)), found.several.len())
         };

@@ -85,7 +85,7 @@ impl Touch {
 impl Simulation<'_> {
     /// How far contacts may be apart and touch, m.
     pub(super) fn near(&self) -> f64 {
-        let of_size = (TOUCHING * self.tolerance).max(LEAST_TOUCHING) * self.scales.length;
+        let of_size = (TOUCHING * self.tolerance).max(LEAST_TOUCHING) * self.scales.length_scale();
         of_size.max(ROUND_OFF * self.scales.far)
     }
 
@@ -111,9 +111,9 @@ impl Simulation<'_> {
             touch.sizes.fill(1.0);
         }
         self.stop_values(t, state, &mut values)?;
-        let sizes = [self.scales.length, self.scales.speed_scale()];
+        let sizes = [self.scales.length_scale(), self.scales.speed_scale()];
         // Nothing is nearer to zero than round-off of what it is a difference of.
-        let places = [self.scales.length.max(ROUND_OFF * self.scales.far / STOPPED), sizes[1]];
+        let places = [sizes[0].max(ROUND_OFF * self.scales.far / STOPPED), sizes[1]];
         let Some(touch) = &mut self.touch else { return Ok(None) };
         // Reactions in N: a torque over the gradient of an angle.
         let force = |k: &usize| values[*k] * touch.gradients[*k];

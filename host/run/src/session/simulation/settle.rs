@@ -30,13 +30,17 @@ impl Simulation<'_> {
     /// See [`AnalysisError`].
     pub(super) fn settle(&mut self, t: f64, state: &mut [f64], slid: &Sliding) -> Result<Vec<usize>, AnalysisError> {
         let mut strikes: Vec<Strike> = Vec::new();
+        let mut slid = slid.clone();
         for round in 0..MOST_ROUNDS {
             let Some((mut meeting, mut jump)) = self.meeting(t, state)? else { return Ok(Vec::new()) };
             if meeting.touching.is_empty() && meeting.grips.is_empty() {
-                self.report_events(t, &strikes, &[], (slid, &Sliding::new()), 0.0)?;
+                self.report_events(t, &strikes, &[], (&slid, &Sliding::new()), 0.0)?;
                 return Ok(Vec::new());
             }
             let speed = self.speed();
+            if round == 0 {
+                meeting.turned(&mut slid, speed);
+            }
             // What comes from no higher than round-off of places was never open: it closes together with what is.
             if round > 0 || !self.comes_from_nowhere(&meeting, speed) {
                 self.strike(&mut meeting, speed)?;
@@ -61,7 +65,7 @@ impl Simulation<'_> {
             let approaches = (0..meeting.touching.len()).any(|k| meeting.approaches(k, speed));
             if !approaches && !meeting.slides_back(&pattern, speed) {
                 let closed = self.take_pattern(&meeting, &pattern, speed);
-                self.report_events(t, &strikes, &closed, (slid, &pattern.sliding), speed)?;
+                self.report_events(t, &strikes, &closed, (&slid, &pattern.sliding), speed)?;
                 let mut open = meeting.indeterminate(&pattern, &accelerations, speed).unwrap_or_default();
                 open.moving.extend(pattern.several.iter().map(|k| Holder::Contact(*k)));
                 self.report_indeterminate(t, &meeting.touching, &open)?;
@@ -90,7 +94,7 @@ impl Simulation<'_> {
 
     /// Contacts that touch at a state, and what holds up to a limit there.
     fn meeting(&mut self, t: f64, state: &[f64]) -> Result<Option<(Meeting, Jump)>, AnalysisError> {
-        let (near, speed, same, length) = (self.near(), self.speed(), self.same(), self.scales.length);
+        let (near, speed, same, length) = (self.near(), self.speed(), self.same(), self.scales.length_scale());
         let inputs = self.formulation.observe(t, state, false)?.inputs.to_vec();
         let velocities = self.layout.velocities_in(&inputs);
         let limits = self.limits(t, state)?;
@@ -117,7 +121,7 @@ impl Simulation<'_> {
     fn comes_from_nowhere(&self, meeting: &Meeting, speed: f64) -> bool {
         let Some(touch) = &self.touch else { return false };
         let pressed = meeting.acceleration_by(|contact| touch.pressed.of(contact));
-        let (height, contacts) = (LEAST_TOUCHING * self.scales.length, touch.contacts.contacts());
+        let (height, contacts) = (LEAST_TOUCHING * self.scales.length_scale(), touch.contacts.contacts());
         // What bounces bounces off again, however slowly it comes.
         let falls = |k: usize| !contacts[k].of_velocities && contacts[k].restitution == 0.0;
         meeting.comes_from_below(height, [speed, touch.gravity.max(pressed)], falls)
@@ -171,7 +175,7 @@ impl Simulation<'_> {
         speed: f64,
     ) -> Result<Option<Pattern>, AnalysisError> {
         let Some(touch) = &self.touch else { return Ok(None) };
-        let height = self.same() * self.scales.length;
+        let height = self.same() * self.scales.length_scale();
         let contacts = touch.contacts.contacts();
         let pattern = meeting.closed(accelerations, [speed, height], |k| !contacts[k].of_velocities);
         match meeting.paradox(speed).filter(|_| pattern.is_some()) {
