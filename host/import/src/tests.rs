@@ -659,3 +659,26 @@ fn roots_and_new_names_are_listed() {
     let said = "body `ground` is `ground-2`, body `a/b c` is `a_b_c`, joint `a/b c` is `a_b_c-joint`";
     assert_eq!(names(&changed), Some(format!("{rule}: {said}")));
 }
+
+/// Numbers for MuJoCo 4.0, which takes the last `<inertial>` of a body and its frames.
+#[test]
+fn masses_within_frames_are_those_of_the_body() {
+    let body = |inside: &str| {
+        mjcf(&format!("<worldbody><body name=\"a\"><joint/><geom size=\"0.1\"/>{inside}</body></worldbody>")).scene
+    };
+    let inertial = |x: &str, mass: u8| format!("<inertial pos=\"{x} 0 0\" mass=\"{mass}\" diaginertia=\"1 1 1.5\"/>");
+    let turned = body(&format!(
+        "<frame pos=\"1 0 0\" euler=\"90 0 0\"><frame pos=\"1 0 0\">{}</frame></frame>",
+        inertial("0.5", 2)
+    ));
+    assert!(turned.contains("mass = 2\ncom = [2.5, 0, 0]\ninertia = [1, 1.5, 1]"), "{turned}");
+    let (own, framed) = (inertial("0", 1), format!("<frame pos=\"1 0 0\">{}</frame>", inertial("0", 2)));
+    assert!(body(&format!("{own}{framed}")).contains("mass = 2\ncom = [1, 0, 0]"));
+    assert!(body(&format!("{framed}{own}")).contains("mass = 1\ninertia"));
+    // A shape whose mass is not known needs none beside it.
+    let mesh = "<asset><mesh name=\"m\" vertex=\"0 0 0 1 0 0 0 1 0 0 0 1\"/></asset>";
+    let scene =
+        mjcf(&format!("{mesh}<worldbody><body><joint/><geom type=\"mesh\" mesh=\"m\"/>{framed}</body></worldbody>"))
+            .scene;
+    assert!(scene.contains("mass = 2"), "{scene}");
+}

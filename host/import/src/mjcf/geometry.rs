@@ -66,6 +66,11 @@ pub(super) fn from_z(z: &Vector3<f64>) -> UnitQuaternion<f64> {
     turned.unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI))
 }
 
+/// Whether an `<inertial>` is in a body, or in frames of it.
+fn has_inertial(node: Node<'_, '_>) -> bool {
+    children(node).any(|below| below.has_tag_name("inertial") || below.has_tag_name("frame") && has_inertial(below))
+}
+
 /// What a shape gets its mass from.
 #[derive(Debug, Clone, Copy)]
 enum Weight {
@@ -158,7 +163,7 @@ impl<'a, 'i: 'a> Reader<'_, 'a, 'i> {
     /// Whether the mass of a body follows from its shapes.
     fn takes_mass_of_shapes(&self, shape: Node<'a, 'i>) -> bool {
         let body = shape.ancestors().find(|above| above.has_tag_name("body"));
-        let given = body.is_some_and(|body| children(body).any(|child| child.has_tag_name("inertial")));
+        let given = body.is_some_and(has_inertial);
         body.is_some() && (!given || self.compiler.from_shapes == Some(true))
     }
 

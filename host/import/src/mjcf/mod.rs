@@ -16,7 +16,7 @@ use roxmltree::{Node, NodeId};
 
 use crate::Options;
 use crate::mechanism::{Closure, Coupling, Hold, Joint, Kind, Link, Mechanism, Solid};
-use crate::xml::{Found, child, children, head};
+use crate::xml::{Found, children, head};
 use compiler::Compiler;
 use defaults::{Classes, Of};
 
@@ -177,11 +177,10 @@ impl<'a, 'i: 'a> Reader<'_, 'a, 'i> {
             (false, true) => Hold::Fixed,
             (false, false) => Hold::Joints(parts.joints),
         };
-        let given = child(node, "inertial").and_then(|inertial| self.inertial(inertial));
         let solid = match self.compiler.from_shapes {
             Some(true) => parts.solid,
-            Some(false) => given,
-            None => given.or(parts.solid),
+            Some(false) => parts.given,
+            None => parts.given.or(parts.solid),
         };
         let (least_mass, least_inertia) = (self.compiler.least_mass, self.compiler.least_inertia);
         // Of a body without a mass of its own MuJoCo takes the centre to be at `pos` of the body, in the body's frame.
@@ -191,7 +190,7 @@ impl<'a, 'i: 'a> Reader<'_, 'a, 'i> {
         self.inside(node, Some(number), Isometry3::identity(), class);
     }
 
-    /// Joints and shapes of a body, also within frames.
+    /// Joints, shapes and mass of a body, also within frames.
     fn parts(&mut self, node: Node<'a, 'i>, frame: &Isometry3<f64>, class: Option<&'a str>, parts: &mut Parts) {
         for below in children(node) {
             match below.tag_name().name() {
@@ -212,6 +211,8 @@ impl<'a, 'i: 'a> Reader<'_, 'a, 'i> {
                         parts.solid = Some(parts.solid.map_or(solid, |sum| sum.and(&solid)));
                     }
                 }
+                // Of several, one of them in a frame, the last counts.
+                "inertial" => parts.given = self.inertial(below, frame),
                 "frame" => {
                     let pose = frame * self.pose(&Of::alone(below));
                     self.parts(below, &pose, below.attribute("childclass").or(class), parts);
@@ -230,7 +231,7 @@ impl<'a, 'i: 'a> Reader<'_, 'a, 'i> {
         }
     }
 
-    fn inertial(&mut self, node: Node<'a, 'i>) -> Option<Solid> {
+    fn inertial(&mut self, node: Node<'a, 'i>, frame: &Isometry3<f64>) -> Option<Solid> {
         let of = Of::alone(node);
         let mass = self.found.not_negative(of.get("mass"))?;
         let inertia = if let Some([xx, yy, zz, xy, xz, yz]) = self.found.list(of.get("fullinertia")) {
@@ -239,7 +240,7 @@ impl<'a, 'i: 'a> Reader<'_, 'a, 'i> {
             let diagonal = self.found.list(of.get("diaginertia")).unwrap_or_default();
             Matrix3::from_diagonal(&Vector3::from(diagonal))
         };
-        let pose = self.pose(&of);
+        let pose = frame * self.pose(&of);
         Some(Solid { mass, com: Vector3::zeros(), inertia }.moved(&pose))
     }
 
@@ -466,5 +467,8 @@ struct Parts {
     free: bool,
     joints: Vec<Joint>,
     shapes: Vec<crate::mechanism::Shape>,
+    /// Mass of the shapes.
     solid: Option<Solid>,
+    /// Mass that is given.
+    given: Option<Solid>,
 }
