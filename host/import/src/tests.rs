@@ -682,3 +682,24 @@ fn masses_within_frames_are_those_of_the_body() {
             .scene;
     assert!(scene.contains("mass = 2"), "{scene}");
 }
+
+/// With `relpose`, MuJoCo keeps the `anchor` of the second body at the place that `relpose` has in the first.
+#[test]
+fn the_place_of_a_weld_in_the_first_body_is_that_of_the_anchor() {
+    let frames = |more: &str| {
+        let body = |name: &str, x: f64| {
+            format!("<body name=\"{name}\" pos=\"{x} 0 0\"><freejoint/><geom size=\"0.1\"/></body>")
+        };
+        let bodies = body("a", 0.0) + &body("b", 1.0);
+        let weld = format!("<weld name=\"w\" body1=\"b\" body2=\"a\" {more}/>");
+        let scene = mjcf(&format!("<worldbody>{bodies}</worldbody><equality>{weld}</equality>")).scene;
+        let (_, frames) = scene.split_once("frames = [\n").unwrap();
+        frames.lines().take(2).map(|line| line.trim().to_owned()).collect::<Vec<_>>()
+    };
+    let at = |x: f64| format!("{{ position = [{x}, 0, 0] }},");
+    assert_eq!(frames("relpose=\"-1 0 0 1 0 0 0\" anchor=\"0.25 0 0\""), [at(-1.0), at(0.25)]);
+    // Without a quaternion bodies stay as they are at the references.
+    for more in ["", "relpose=\"-1 0 0 0 0 0 0\""] {
+        assert_eq!(frames(&format!("{more} anchor=\"0.25 0 0\"")), [at(-0.75), at(0.25)], "{more}");
+    }
+}

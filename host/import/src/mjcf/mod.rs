@@ -428,15 +428,15 @@ impl<'a, 'i: 'a> Reader<'_, 'a, 'i> {
             let frame = Isometry3::from_parts(Translation3::from(anchor), UnitQuaternion::identity());
             return Some(([first, second], [frame, between * frame]));
         }
-        // Place and orientation of the second in the first; a quaternion of zeros is that of the references.
+        // Where the anchor is in the first, and the orientation of the second there; a quaternion of zeros is as at the references.
         let given = self.found.list::<7>(of.get("relpose")).filter(|pose| pose[3..] != [0.0; 4]);
         let anchor = self.found.list(of.get("anchor")).map_or(Vector3::zeros(), Vector3::from);
         let on_second = Isometry3::from_parts(Translation3::from(anchor), UnitQuaternion::identity());
-        let second_in_first = given.map_or(between.inverse(), |[x, y, z, w, i, j, k]| {
+        let on_first = given.map_or(between.inverse() * on_second, |[x, y, z, w, i, j, k]| {
             let turn = UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(w, i, j, k));
             Isometry3::from_parts(Translation3::new(x, y, z), turn)
         });
-        Some(([first, second], [second_in_first * on_second, on_second]))
+        Some(([first, second], [on_first, on_second]))
     }
 
     fn link(&mut self, node: Node<'a, 'i>, name: &str) -> Option<Option<usize>> {
