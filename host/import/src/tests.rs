@@ -703,3 +703,29 @@ fn the_place_of_a_weld_in_the_first_body_is_that_of_the_anchor() {
         assert_eq!(frames(&format!("{more} anchor=\"0.25 0 0\"")), [at(-0.75), at(0.25)], "{more}");
     }
 }
+
+/// What an element has fewer numbers of than its class goes on with those of the class, as in MuJoCo 4.0: `size`, and polynomials of
+/// damping and stiffness.
+#[test]
+fn further_numbers_are_those_of_the_class() {
+    let with = |class: &str, own: &str| {
+        mjcf(&format!("<default>{class}</default><worldbody><body name=\"a\"><joint/>{own}</body></worldbody>"))
+    };
+    let geom = |class: &str, own: &str| {
+        with(&format!("<geom type=\"capsule\" size=\"{class}\"/>"), &format!("<geom size=\"{own}\"/>")).scene
+    };
+    let capsule = geom("0.05 0.15", "0.07");
+    assert!(capsule.contains("radius = 0.07\nlength = 0.3") && capsule.contains("mass = 6.054896"), "{capsule}");
+    assert_eq!(capsule, geom("0.05", "0.07 0.15"));
+    assert_eq!(capsule, geom("0.07 0.15", ""));
+    for word in ["damping", "stiffness"] {
+        let listed = |class: &str, own: &str| {
+            let class = format!("<default><joint {word}=\"{class}\"/></default>");
+            let body = format!("<body name=\"a\"><joint {word}=\"{own}\"/><geom size=\"0.1\"/></body>");
+            let imported = mjcf(&format!("{class}<worldbody>{body}</worldbody>"));
+            assert!(imported.scene.contains(&format!("{word} = 0.25")), "{}", imported.scene);
+            imported.left_out.iter().any(|what| what.contains("as a polynomial"))
+        };
+        assert!(listed("0.125 0.5", "0.25") && !listed("0.125", "0.25") && !listed("0.125 0.5", "0.25 0"), "{word}");
+    }
+}

@@ -15,8 +15,7 @@ impl<'a, 'i: 'a> Reader<'_, 'a, 'i> {
             return;
         }
         // Of the numbers of a gear only balls and free bodies have more than the first.
-        let gear = of.get("gear").and_then(|gear| self.found.numbers(&gear));
-        let gear = gear.and_then(|gear| gear.first().copied()).unwrap_or(1.0);
+        let gear = self.numbers(&of, "gear").first().copied().unwrap_or(1.0);
         let name = of.text("joint").or_else(|| of.text("jointinparent"));
         let mut joints = self.mechanism.joints_mut();
         let moved = |joint: &&mut crate::mechanism::Joint| {

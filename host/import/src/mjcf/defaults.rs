@@ -37,7 +37,12 @@ impl<'a, 'i> Of<'a, 'i> {
 
     /// The attribute, of the element or of the nearest class that has it.
     pub(super) fn get(&self, name: &str) -> Option<Attribute<'a, 'i>> {
-        self.nodes.iter().find_map(|node| node.attribute_node(name))
+        self.all(name).next()
+    }
+
+    /// The attribute of the element and of each class that has it, the nearest first.
+    pub(super) fn all(&self, name: &str) -> impl Iterator<Item = Attribute<'a, 'i>> {
+        self.nodes.iter().filter_map(move |node| node.attribute_node(name))
     }
 
     pub(super) fn text(&self, name: &str) -> Option<&'a str> {

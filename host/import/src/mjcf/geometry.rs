@@ -194,7 +194,7 @@ impl<'a, 'i: 'a> Reader<'_, 'a, 'i> {
     /// What a shape is and where, in the frame that it stands in.
     fn form(&mut self, node: Node<'a, 'i>, of: &Of<'a, 'i>) -> Option<(Form, Isometry3<f64>)> {
         let kind = of.text("type").unwrap_or("sphere");
-        let size = of.get("size").and_then(|attribute| self.found.numbers(&attribute)).unwrap_or_default();
+        let size = self.numbers(of, "size");
         let mut pose = self.pose(of);
         if kind == "mesh" {
             let name = of.text("mesh").unwrap_or_default();

@@ -307,10 +307,20 @@ impl<'a, 'i: 'a> Reader<'_, 'a, 'i> {
         Some(joint)
     }
 
+    /// The numbers of an attribute that may have fewer of them than its class: those that follow are the ones of the class.
+    pub(super) fn numbers(&mut self, of: &Of<'a, 'i>, name: &str) -> Vec<f64> {
+        let mut numbers = Vec::new();
+        for attribute in of.all(name) {
+            let given = self.found.numbers(&attribute).unwrap_or_default();
+            numbers.extend(given.into_iter().skip(numbers.len()));
+        }
+        numbers
+    }
+
     /// A coefficient; further numbers are those of a polynomial.
     fn first(&mut self, of: &Of<'a, 'i>, name: &str) -> f64 {
         let Some(attribute) = of.get(name) else { return 0.0 };
-        let numbers = self.found.numbers(&attribute).unwrap_or_default();
+        let numbers = self.numbers(of, name);
         if numbers.iter().skip(1).any(|x| *x != 0.0) {
             self.left_out(format!("`{name}` as a polynomial: its linear part is there"));
         }
