@@ -4,6 +4,9 @@ use std::path::PathBuf;
 
 use nalgebra::{Isometry3, Matrix3, Point3, Unit, Vector3};
 
+/// Share of moments of inertia that is round-off of finding the principal ones.
+const ROUND_OFF: f64 = 1e-12;
+
 /// A tree of links with what closes loops in it. SI units, angles in rad.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Mechanism {
@@ -118,6 +121,15 @@ impl Solid {
             self.inertia = principal.eigenvectors * moments * principal.eigenvectors.transpose();
         }
         Self { mass: self.mass.max(mass), ..self }
+    }
+
+    /// The same part with the mean of its principal moments of inertia for each, where one is larger than the sum of the others.
+    pub(crate) fn balanced(self) -> Self {
+        let moments = self.inertia.symmetric_eigenvalues();
+        if moments.sum() - 2.0 * moments.max() >= -ROUND_OFF * moments.amax() {
+            return self;
+        }
+        Self { inertia: Matrix3::identity() * moments.mean(), ..self }
     }
 
     /// Both as one part (Steiner).

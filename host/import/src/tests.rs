@@ -729,3 +729,22 @@ fn further_numbers_are_those_of_the_class() {
         assert!(listed("0.125 0.5", "0.25") && !listed("0.125", "0.25") && !listed("0.125 0.5", "0.25 0"), "{word}");
     }
 }
+
+/// `balanceinertia`: numbers of MuJoCo 4.0, after `boundinertia` and before `settotalmass`.
+#[test]
+fn moments_that_no_body_can_have_are_balanced() {
+    let inertia = |compiler: &str, given: &str| {
+        let inertial = format!("<inertial pos=\"0 0 0\" mass=\"1\" {given}/>");
+        let compiler = format!("<compiler balanceinertia=\"true\" {compiler}/>");
+        let scene =
+            mjcf(&format!("{compiler}<worldbody><body name=\"a\"><freejoint/>{inertial}</body></worldbody>")).scene;
+        scene.lines().find(|line| line.starts_with("inertia")).unwrap().to_owned()
+    };
+    assert_eq!(inertia("", "diaginertia=\"1 1 4\""), "inertia = [2, 2, 2]");
+    assert_eq!(inertia("", "diaginertia=\"1 1 2\""), "inertia = [1, 1, 2]");
+    assert_eq!(inertia("", "diaginertia=\"0.1 0.1 0.1\""), "inertia = [0.1, 0.1, 0.1]");
+    assert_eq!(inertia("boundinertia=\"2\"", "diaginertia=\"1 1 3\""), "inertia = [2, 2, 3]");
+    assert_eq!(inertia("settotalmass=\"6\"", "diaginertia=\"1 1 3\""), "inertia = [10, 10, 10]");
+    // A flat plate that is turned.
+    assert!(inertia("", "fullinertia=\"1.3 1.7 3 0.2 0 0\"").contains("[1.3, 1.7, 3, 0.2"));
+}

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use roxmltree::Node;
 
+use crate::mechanism::Solid;
 use crate::xml::{Found, children};
 
 /// The words of `<compiler>` that change what others mean.
@@ -19,6 +20,8 @@ pub(super) struct Compiler<'f> {
     /// Mass and principal moments of inertia that no body is below.
     pub(super) least_mass: f64,
     pub(super) least_inertia: f64,
+    /// Whether moments of inertia that no body can have are made equal.
+    pub(super) balance: bool,
     /// Mass of all bodies together.
     pub(super) total_mass: Option<f64>,
     /// Whether shapes that are fitted to a mesh get their size from its bounds.
@@ -38,6 +41,7 @@ impl<'f> Compiler<'f> {
             from_shapes: None,
             least_mass: 0.0,
             least_inertia: 0.0,
+            balance: false,
             total_mass: None,
             fit_to_bounds: false,
             groups: [0.0, f64::INFINITY],
@@ -70,13 +74,7 @@ impl<'f> Compiler<'f> {
                     }
                     ("boundmass", _) => compiler.least_mass = found.not_negative(Some(attribute)).unwrap_or(0.0),
                     ("boundinertia", _) => compiler.least_inertia = found.not_negative(Some(attribute)).unwrap_or(0.0),
-                    ("balanceinertia", "true") => {
-                        found.error(
-                            attribute.range(),
-                            "`balanceinertia` changes moments of inertia that no body can have",
-                            "give moments of inertia of which none is larger than the sum of the others",
-                        );
-                    }
+                    ("balanceinertia", word) => compiler.balance = word == "true",
                     ("inertiagrouprange", _) => {
                         compiler.groups = found.list(Some(attribute)).unwrap_or(compiler.groups)
                     }
@@ -85,5 +83,11 @@ impl<'f> Compiler<'f> {
             }
         }
         compiler
+    }
+
+    /// The mass of a body as it becomes.
+    pub(super) fn changed(&self, solid: Solid) -> Solid {
+        let solid = solid.at_least(self.least_mass, self.least_inertia);
+        if self.balance { solid.balanced() } else { solid }
     }
 }

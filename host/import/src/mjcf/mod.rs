@@ -182,10 +182,9 @@ impl<'a, 'i: 'a> Reader<'_, 'a, 'i> {
             Some(false) => parts.given,
             None => parts.given.or(parts.solid),
         };
-        let (least_mass, least_inertia) = (self.compiler.least_mass, self.compiler.least_inertia);
         // Of a body without a mass of its own MuJoCo takes the centre to be at `pos` of the body, in the body's frame.
         let none = Solid { mass: 0.0, com: own.translation.vector, inertia: Matrix3::zeros() };
-        let solid = Some(solid.unwrap_or(none).at_least(least_mass, least_inertia)).filter(Solid::is_something);
+        let solid = Some(self.compiler.changed(solid.unwrap_or(none))).filter(Solid::is_something);
         self.mechanism.links.push(Link { name, parent, pose, hold, solid, shapes: parts.shapes, remark: None });
         self.inside(node, Some(number), Isometry3::identity(), class);
     }
