@@ -651,13 +651,18 @@ fn roots_and_new_names_are_listed() {
     let free = from_text(&two, Path::new(""), Path::new(""), &free).unwrap().left_out;
     assert!(free.iter().any(|what| what.contains("`base`, `table`; each moves freely")), "{free:?}");
     let names = |listed: &[String]| listed.iter().find(|what| what.starts_with("names of a scene")).cloned();
-    let rule = "names of a scene are of letters, digits, `_` and `-`, each once";
+    let rule = "names of a scene are of letters, digits, `_` and `-`, each once, and `t` is the time";
     assert_eq!(names(&listed), Some(format!("{rule}: joint `arm` is `arm-joint`")));
     let one = left_out(&two.replace(&link("table"), "").replace("joint name=\"arm\"", "joint name=\"j\""));
     assert!(!one.iter().any(|what| what.contains("no joint's child")) && names(&one).is_none(), "{one:?}");
     let changed = left_out(&two.replace("\"arm\"", "\"a/b c\"").replace("\"base\"", "\"ground\""));
     let said = "body `ground` is `ground-2`, body `a/b c` is `a_b_c`, joint `a/b c` is `a_b_c-joint`";
     assert_eq!(names(&changed), Some(format!("{rule}: {said}")));
+    // An output cannot have the name of the column of times; a body can.
+    let time = left_out(&two.replace("joint name=\"arm\"", "joint name=\"t\""));
+    assert_eq!(names(&time), Some(format!("{rule}: joint `t` is `t-joint`")));
+    let body = left_out(&two.replace("\"base\"", "\"t\"").replace("joint name=\"arm\"", "joint name=\"j\""));
+    assert_eq!(names(&body), None);
 }
 
 /// Numbers for MuJoCo 4.0, which takes the last `<inertial>` of a body and its frames.

@@ -29,7 +29,7 @@ pub(crate) fn scene(mechanism: Mechanism, folder: &Path) -> Imported {
     };
     writer.whole(&mechanism);
     if !writer.renamed.is_empty() {
-        let what = "names of a scene are of letters, digits, `_` and `-`, each once";
+        let what = "names of a scene are of letters, digits, `_` and `-`, each once, and `t` is the time";
         writer.left_out.push(format!("{what}: {}", writer.renamed.join(", ")));
     }
     let Writer { text, mut left_out, coordinates, .. } = writer;
@@ -116,6 +116,8 @@ impl Writer<'_> {
         let moves = placed.iter().any(|at| at.velocity != Vector3::zeros() || at.angular_velocity != Vector3::zeros());
         // Bodies are named first: a joint of the same name is the one that gets another.
         let names: Vec<String> = mechanism.links.iter().map(|link| self.name_for("body", &link.name, "")).collect();
+        // Joints have outputs of their names, beside the column of times.
+        self.taken.insert("t".to_owned());
         let mut fixed: Vec<bool> = Vec::new();
         for ((link, name), at) in mechanism.links.iter().zip(&names).zip(&placed) {
             let stands = matches!(link.hold, Hold::Fixed) && link.parent.is_none_or(|parent| fixed[parent]);
