@@ -17,6 +17,7 @@
 //! | `hash.rs` | SHA-256 |
 //! | `float_control.rs` | rounding, denormals and traps of the processor, kept as they were |
 //! | `file.rs`, `loader.rs`, `private_copy.rs`, `known.rs`, `watchdog.rs` | a file judged, loaded, kept, known again, watched |
+//! | `declared.rs` | parameters that no compiler looked at |
 //! | `element_file/` | elements as data, `*.odyn-element`: read, given numbers |
 //! | `fmu.rs` | FMUs, each a library with one class |
 //! | `kept.rs`, `lazy.rs` | what was answered before; libraries that are loaded when they are needed |
@@ -33,6 +34,8 @@ mod archive;
 mod c_library;
 #[cfg(all(unix, feature = "crashes"))]
 mod crash;
+#[cfg(feature = "abi")]
+mod declared;
 #[cfg(feature = "abi")]
 mod element_file;
 mod error;

@@ -11,6 +11,7 @@ use element_api::manifest::{C_ABI, CONVENTIONS};
 use element_api::params::{ParamKind, ParamSpec};
 
 use super::table;
+use crate::declared::check_parameters;
 use element_api::abi::OpenError;
 
 /// Largest number of anything that an element declares.
@@ -127,6 +128,7 @@ pub unsafe fn describe(element: &table::Element) -> Result<Descriptor, String> {
         let spec = spec.ok_or_else(|| inside(format!("gives an example of `{name}`, which is no parameter of it")))?;
         spec.example = Some(default(&name, &text).map_err(inside)?);
     }
+    check_parameters(&params).map_err(inside)?;
     Ok(Descriptor {
         kind,
         // SAFETY: as above.
@@ -167,6 +169,8 @@ fn check_functions(element: &table::Element, kind: Kind) -> Result<(), String> {
     let flag = |flag: u32| element.flags & flag != 0;
     let joint = kind == Kind::Joint;
     let rules = [
+        (element.flags & !table::FLAGS != 0, "has flags that this host does not know"),
+        (joint && element.frame_count == 0 && element.more_frames.is_null(), "is a joint without frames"),
         (flag(table::OPAQUE) && element.evaluate.is_none(), "is opaque, but `evaluate` is null"),
         (!flag(table::OPAQUE) && element.record.is_none(), "`record` is null"),
         (!flag(table::OPAQUE) && element.accept.is_some(), "`accept` is for opaque elements only"),

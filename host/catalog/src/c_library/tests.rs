@@ -2,6 +2,7 @@
 #![allow(unsafe_code)] // structs of a library are made here
 
 use std::collections::BTreeMap;
+use std::ffi::CStr;
 use std::fs;
 use std::mem::offset_of;
 use std::process::Command;
@@ -328,6 +329,9 @@ fn sound() -> RawElement {
     let mut element: RawElement = unsafe { std::mem::zeroed() };
     element.size = size_of::<RawElement>() as u32;
     (element.name, element.summary) = (c"still".as_ptr(), c"does nothing".as_ptr());
+    const FRAMES: &[table::Named] =
+        &[table::Named { name: c"i".as_ptr(), unit: std::ptr::null(), doc: std::ptr::null() }];
+    (element.frames, element.frame_count) = (FRAMES.as_ptr(), FRAMES.len());
     element.record = Some(empty_record);
     element
 }
@@ -398,26 +402,84 @@ fn an_element_of_a_later_header_is_longer_and_loads() {
     assert!(read((&raw const later).cast(), |_| ()).is_err());
 }
 
-#[test]
-fn kinds_flags_and_parameters_are_described() {
-    let parameter = |kind: u32| table::Parameter {
-        name: c"p".as_ptr(),
-        kind,
+fn parameter(name: &CStr, value: &CStr) -> table::Parameter {
+    table::Parameter {
+        name: name.as_ptr(),
+        kind: 0,
         optional: 0,
         unit: c"m".as_ptr(),
         doc: std::ptr::null(),
-        value: c"[1, 2.5]".as_ptr(),
+        value: value.as_ptr(),
         range: c"> 0 and <= 1e3".as_ptr(),
         choices: c"a|b".as_ptr(),
         variable: c"t".as_ptr(),
-    };
-    let list: Vec<table::Parameter> = (0..8).map(parameter).collect();
+    }
+}
+
+/// An element that has these.
+fn with_parameters(list: &[table::Parameter]) -> RawElement {
     extern "C-unwind" fn create(_: *const table::Parameters, _: *mut *mut c_void, _: *mut table::Error) -> i32 {
         table::OK
     }
     let mut element = sound();
     (element.parameters, element.parameter_count) = (list.as_ptr(), list.len());
     element.create = Some(create);
+    element
+}
+
+/// Names that no scene can write, and values that the element's own range and choices exclude.
+#[test]
+fn parameters_that_no_scene_could_give_are_refused() {
+    let refused = |list: &[table::Parameter]| {
+        // SAFETY: an element like one of the header.
+        unsafe { describe::describe(&with_parameters(list)) }.expect_err("refused")
+    };
+    let text = |value| table::Parameter { kind: 3, ..parameter(c"way", value) };
+    let vector = |value| table::Parameter { kind: 4, ..parameter(c"e", value) };
+    let whole = |value| table::Parameter { kind: 1, ..parameter(c"n", value) };
+    for (list, expected) in [
+        (vec![parameter(c"k", c"1"), parameter(c"k", c"2")], "`still`: has two parameters called `k`"),
+        (vec![parameter(c"A b", c"1")], "`A b` can't be the name of a parameter: letters"),
+        (vec![parameter(c"", c"1")], "`` can't be the name of a parameter"),
+        (vec![parameter(c"use", c"1")], "`use` can't be the name of a parameter: it picks a row"),
+        (vec![parameter(c"k", c"-1")], "the default -1 of the parameter `k` must be > 0 and <= 1000"),
+        (vec![parameter(c"k", c"nan")], "the default nan of the parameter `k` must be > 0"),
+        (vec![parameter(c"k", c"'5 mm'")], "the default \"5 mm\" of the parameter `k` must be a number"),
+        (vec![whole(c"1.5")], "the default 1.5 of the parameter `n` must be a whole number"),
+        (vec![text(c"'z'")], "the default \"z\" of the parameter `way` must be one of a, b"),
+        (vec![vector(c"[1, 2]")], "of the parameter `e` must be a list of 3 numbers"),
+        (vec![vector(c"[1, 2, 0]")], "of the parameter `e` must be > 0 and <= 1000"),
+    ] {
+        let error = refused(&list);
+        assert!(error.starts_with("`still`: ") && error.contains(expected), "{error}");
+    }
+}
+
+#[test]
+fn flags_that_are_not_known_and_joints_without_frames_are_refused() {
+    // SAFETY: an element like one of the header.
+    let refused = |element: &RawElement| unsafe { describe::describe(element) }.expect_err("refused");
+    let flags = RawElement { flags: 4096, ..sound() };
+    assert_eq!(refused(&flags), "`still`: has flags that this host does not know");
+    let alone = RawElement { frame_count: 0, ..sound() };
+    assert_eq!(refused(&alone), "`still`: is a joint without frames");
+}
+
+#[test]
+fn kinds_flags_and_parameters_are_described() {
+    let named = [
+        (c"a", c"1.5"),
+        (c"b", c"2"),
+        (c"c", c"true"),
+        (c"d", c"'b'"),
+        (c"e", c"[1, 2, 2.5]"),
+        (c"f", c"[1, 2.5]"),
+        (c"g", c"[[0, 1], [1, 2]]"),
+        (c"h", c"[[-1, 1], [1, 2]]"),
+    ];
+    let parameter = |(kind, (name, value))| table::Parameter { kind, ..parameter(name, value) };
+    let list: Vec<table::Parameter> = (0..).zip(named).map(parameter).collect();
+    let mut element = with_parameters(&list);
     // SAFETY: an element like one of the header.
     let describe = |element: &RawElement| unsafe { describe::describe(element) };
     let described = describe(&element).expect("sound");
@@ -436,7 +498,7 @@ fn kinds_flags_and_parameters_are_described() {
     let p = &described.params[0];
     assert_eq!((p.range_text().as_str(), p.unit.as_str(), p.variable.as_str()), ("> 0 and <= 1000", "m", "t"));
     assert_eq!(p.choices, ["a", "b"]);
-    assert_eq!(p.default.as_ref().and_then(|v| v.as_array()).map(Vec::len), Some(2));
+    assert_eq!(described.params[5].default.as_ref().and_then(|v| v.as_array()).map(Vec::len), Some(2));
     for (number, kind) in [Kind::Joint, Kind::Force, Kind::Control].into_iter().enumerate() {
         element.kind = number as u32;
         assert_eq!(describe(&element).expect("sound").kind, kind);

@@ -61,6 +61,7 @@ use toml::Spanned;
 use self::class::DataClass;
 use self::equations::Equations;
 use super::c_library::check_element_name;
+use super::declared::check_parameters;
 use super::hash::sha256;
 use super::loader::Opened;
 use super::offer::Offer;
@@ -256,6 +257,7 @@ fn check(d: &Descriptor) -> Result<(), String> {
     d.check()?;
     let joint = d.kind == Kind::Joint;
     let rules = [
+        (joint && d.frames.is_empty(), "is a joint without frames"),
         (d.opaque, "is opaque, and there is no code to call"),
         (d.more_frames.is_some(), "takes any number of frames, which only elements with code can"),
         (!joint && !d.rows.is_empty(), "has rows, but is no joint"),
@@ -269,22 +271,13 @@ fn check(d: &Descriptor) -> Result<(), String> {
     if let Some((_, rule)) = rules.iter().find(|(broken, _)| *broken) {
         return Err(format!("`{}` {rule}", d.name));
     }
-    let mut names: Vec<&str> = d.params.iter().map(|param| param.name.as_str()).collect();
-    names.sort_unstable();
-    if let Some(twice) = names.windows(2).find(|pair| pair[0] == pair[1]) {
-        return Err(format!("`{}` has two parameters called `{}`", d.name, twice[0]));
-    }
-    d.params.iter().try_for_each(|param| check_parameter(param).map_err(|reason| format!("`{}`: {reason}", d.name)))
+    let inside = |reason: String| format!("`{}`: {reason}", d.name);
+    check_parameters(&d.params).map_err(inside)?;
+    d.params.iter().try_for_each(|param| check_parameter(param).map_err(inside))
 }
 
 fn check_parameter(param: &ParamSpec) -> Result<(), String> {
     let name = param.name.escape_debug();
-    let good = |c: char| c.is_ascii_alphanumeric() || c == '_';
-    if !param.name.starts_with(|c: char| c.is_ascii_alphabetic()) || !param.name.chars().all(good) {
-        return Err(format!(
-            "`{name}` can't be the name of a parameter: letters, digits and `_`, beginning with a letter"
-        ));
-    }
     // A text that is one of several is a choice between equations; others are no numbers.
     let choice = param.kind == ParamKind::Text && !param.choices.is_empty();
     if matches!(param.kind, ParamKind::Text | ParamKind::List | ParamKind::Curve) && !choice {

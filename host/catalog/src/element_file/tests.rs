@@ -174,6 +174,14 @@ fn what_is_wrong_is_said_with_its_line() {
         ("name = \"rod\"", "name = \"Rod\"", "can't be the name of an element"),
         ("kind = \"joint\"", "kind = \"force\"", "has rows, but is no joint"),
         ("kind = \"number\"", "kind = \"text\"", "the parameter `length` is a text"),
+        ("kind = \"number\"", "kind = \"number\"\ndefault = -1.0", "`length` must be > 0"),
+        (
+            "kind = \"number\"",
+            "kind = \"number\"\nexample = true",
+            "the example true of the parameter `length` must be a number",
+        ),
+        ("name = \"length\"", "name = \"A b\"", "`A b` can't be the name of a parameter"),
+        ("name = \"length\"", "name = \"use\"", "`use` can't be the name of a parameter"),
         (
             "v2 = sub v0 v1",
             "v2 = sub v0 v2",
