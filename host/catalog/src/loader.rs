@@ -13,7 +13,7 @@ use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use element_api::abi::{self, OpenError};
-use element_api::manifest::{ABI, C_ABI, CONVENTIONS, EntryTable, Manifest, ManifestElement, Profile};
+use element_api::manifest::{ABI, C_ABI, CONVENTIONS, EntryTable, INTERFACE, Manifest, ManifestElement, Profile};
 use element_api::set::ElementClass;
 
 use super::c_library;
@@ -147,6 +147,12 @@ pub(super) fn check(path: &Path, manifest: &Manifest) -> Result<(), CatalogError
     };
     if manifest.abi != expected {
         let [found, expected] = [manifest.abi, expected].map(|version| format!("{prefix}{version}"));
+        return Err(CatalogError::AbiVersion { path, package, found, expected });
+    }
+    // Major 1 of the contract goes with interface 1; the first libraries do not say which they are written for.
+    let major = |version: &str| version.split('.').next().map(str::to_owned);
+    if !manifest.interface.is_empty() && major(&manifest.interface) != major(INTERFACE) {
+        let (found, expected) = (manifest.interface.clone(), INTERFACE.into());
         return Err(CatalogError::AbiVersion { path, package, found, expected });
     }
     if manifest.conventions != CONVENTIONS {

@@ -358,6 +358,8 @@ mod files {
         let cases = [
             ("ODYN-MANIFEST 1", "ODYN-MANIFEST 2", codes::NO_MANIFEST, "format is 2"),
             ("abi=1", "abi=2", codes::ABI_VERSION, "interface version 2, this host version 1"),
+            ("interface=1", "interface=2", codes::ABI_VERSION, "interface version 2."),
+            ("interface=1", "interface=0", codes::ABI_VERSION, "interface version 0."),
             ("conventions=1", "conventions=7", codes::ABI_CONVENTIONS, "conventions number 7, this host number 1"),
         ];
         for (part, replacement, code, expected) in cases {
