@@ -19,9 +19,9 @@ thread_local! {
 /// Operations between constants are carried out at once; everything else is written down as it stands, also `x + 0` and
 /// `1 x`, so that the list of operations does not depend on the values of an instance's parameters. The host simplifies.
 ///
-/// Comparison with `==` (which linear algebra libraries ask for) says whether two are the same entry, not whether they
-/// have the same value; it can't be used to branch on the motion.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// Comparison with `==` (which linear algebra libraries ask for) panics where the value of one is not known yet: it can't be used
+/// to branch on the motion.
+#[derive(Debug, Clone, Copy)]
 pub enum Recorded {
     /// A constant.
     Constant(f64),
@@ -100,13 +100,26 @@ impl From<f64> for Recorded {
     }
 }
 
+impl PartialEq for Recorded {
+    #[track_caller]
+    fn eq(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::Constant(a), Self::Constant(b)) => a == b,
+            (Self::Node(a), Self::Node(b)) if a == b => true,
+            _ => panic!(
+                "`==` of a number that is not known while equations are written down: where they switch, use `select`"
+            ),
+        }
+    }
+}
+
 impl Zero for Recorded {
     fn zero() -> Self {
         Self::Constant(0.0)
     }
     /// Whether this is the literal constant zero. False for everything that depends on an input.
     fn is_zero(&self) -> bool {
-        *self == Self::Constant(0.0)
+        matches!(self, Self::Constant(value) if *value == 0.0)
     }
 }
 

@@ -118,6 +118,7 @@ impl<const CALLED: bool> Constraint for Thread<CALLED> {
             "number-differs" if is::<S, f64>() => row + across * 0.1,
             "jet-differs" if is::<S, Jet>() => row + across * 0.1,
             "recording-differs" if is::<S, Recorded>() => row + across * 0.1,
+            "compares" if across == S::zero() => row * 2.0,
             "curvature-lost" => without_second(row),
             "allocates" => vec![row; 3][2],
             _ => row,
@@ -177,6 +178,16 @@ fn each_defect_of_a_joint_is_named() {
     for (defect, expected) in defects {
         assert_found(&thread::<false>(defect), expected, defect);
     }
+}
+
+/// While equations are written down there are no values to compare.
+#[test]
+fn comparing_what_is_not_known_is_named() {
+    let report = thread::<false>("compares");
+    assert_found(&report, &[Check::Recording], "compares");
+    let said = &report.findings[0].detail;
+    assert!(said.contains("`==` of a number that is not known") && said.contains("use `select`"), "{said}");
+    assert!(said.contains("broken.rs"), "{said}");
 }
 
 #[test]
