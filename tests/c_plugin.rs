@@ -300,7 +300,7 @@ fn mistakes_in_c_are_told_in_words() {
         (7, "the licence has expired"),
         (8, "asks for the function ``, which is no parameter of it"),
         (9, "Residual(0) is given twice"),
-        (10, "gives a force or torque of frame 0"),
+        (10, "gives a force or torque, which only forces do"),
         (11, "constant 0 is NaN"),
         (12, "records more than 4000000 values (it goes into the row `along y`)"),
         (13, "gives a table of 3 points that is a null pointer or too long"),

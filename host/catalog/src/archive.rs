@@ -13,7 +13,7 @@ use flate2::read::GzDecoder;
 use flate2::write::GzEncoder;
 
 use super::CatalogError;
-use super::file::manifest;
+use super::file::{manifest, not_read};
 use super::hash::sha256;
 use super::package::{ELEMENTS_FILE, INFO_FILE, LARGEST, MOST_FILES, PackageInfo, check_file_name};
 
@@ -34,8 +34,7 @@ impl Package {
     /// The library cannot be read, or names, version or sizes are not those of a package.
     pub fn new(library: &Path, elements: String, more: Vec<(String, Vec<u8>)>) -> Result<Self, CatalogError> {
         let bad = |reason: String| CatalogError::BadPackage { path: library.into(), reason };
-        let bytes = fs::read(library)
-            .map_err(|error| CatalogError::NotALibrary { path: library.into(), reason: error.to_string() })?;
+        let bytes = fs::read(library).map_err(|error| not_read(library, &error))?;
         let manifest = manifest(library, bytes.as_slice())?;
         let name = library.file_name().and_then(|name| name.to_str());
         let name = name.ok_or_else(|| bad("its file name is no text".into()))?.to_string();

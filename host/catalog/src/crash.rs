@@ -41,7 +41,7 @@ static SIGNALS: [Signal; 5] = [
     Signal::new(libc::SIGBUS, "SIGBUS: an invalid access to memory"),
     Signal::new(libc::SIGILL, "SIGILL: an instruction that this processor does not know"),
     Signal::new(libc::SIGFPE, "SIGFPE: a division of integers by zero, or a floating-point trap that was switched on"),
-    Signal::new(libc::SIGABRT, "SIGABRT: it ended itself"),
+    Signal::new(libc::SIGABRT, "SIGABRT: it ended itself, or recursion without end"),
 ];
 
 /// What a signal says to a user.

@@ -37,12 +37,16 @@ pub enum CatalogError {
         folders: Vec<PathBuf>,
         /// File names tried in each.
         files: Vec<String>,
+        /// Which of the folders and files cannot be looked at, and why.
+        unreadable: Vec<String>,
         /// A library of a similar name that is there.
         nearest: Option<String>,
     },
     /// The file is not a dynamic library for this machine, or damaged.
-    #[error("`{}` is not a library for this machine: {reason}", path.display())]
+    #[error("`{}` {}: {reason}", path.display(), if *unread { "cannot be read" } else { "is not a library for this machine" })]
     NotALibrary {
+        /// Whether the system does not let it be read.
+        unread: bool,
         /// The file.
         path: PathBuf,
         /// What is wrong with it.
@@ -175,6 +179,8 @@ pub enum CatalogError {
         version: String,
         /// Where it is.
         folder: PathBuf,
+        /// The project that it is in.
+        project: Option<PathBuf>,
     },
     /// What is to be removed is not there, or is not one library.
     #[error("`{name}` is not one library of `{}`", store.display())]
@@ -281,7 +287,7 @@ impl CatalogError {
     pub fn help(&self) -> Vec<String> {
         let rebuild = "build the library again with the `element-api` of this host".to_string();
         match self {
-            Self::NotFound { request, folders, files, nearest } => {
+            Self::NotFound { request, folders, files, unreadable, nearest } => {
                 let mut help: Vec<String> = nearest.iter().map(|name| format!("did you mean `{name}`?")).collect();
                 if folders.is_empty() {
                     help.push("there is no folder to look in".into());
@@ -289,6 +295,7 @@ impl CatalogError {
                     let list: Vec<String> = folders.iter().map(|folder| folder.display().to_string()).collect();
                     help.push(format!("looked for {} in {}", files.join(" and "), list.join(", ")));
                 }
+                help.extend(unreadable.iter().cloned());
                 // A name stands for two files, a path for itself.
                 let package = if files.len() > 1 { format!("{request}-VERSION-TARGET") } else { "FILE".into() };
                 help.push(format!("install it with `odyn plugin add {package}.odynplugin`"));
@@ -298,6 +305,7 @@ impl CatalogError {
                 );
                 help
             }
+            Self::NotALibrary { unread: true, .. } => Vec::new(),
             Self::NotALibrary { .. } => vec!["build it or copy it again".into()],
             Self::NoManifest { .. } => {
                 vec![
@@ -326,10 +334,13 @@ impl CatalogError {
             Self::BadPackage { .. } => {
                 vec!["get it again from its author, who makes it with `odyn plugin pack`".into()]
             }
-            Self::AlreadyInstalled { name, version, .. } => vec![
-                format!("to replace it, first remove it: `odyn plugin remove {name}@{version}`"),
-                "two packages that differ need two versions".into(),
-            ],
+            Self::AlreadyInstalled { name, version, project, .. } => {
+                let of = project.as_ref().map_or_else(String::new, |folder| format!(" --project {}", folder.display()));
+                vec![
+                    format!("to replace it, first remove it: `odyn plugin remove {name}@{version}{of}`"),
+                    "two packages that differ need two versions".into(),
+                ]
+            }
             Self::NotInstalled { installed, .. } if installed.is_empty() => {
                 vec!["`odyn plugin list` shows what is installed where; --project DIR names a project".into()]
             }

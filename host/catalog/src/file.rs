@@ -5,6 +5,7 @@
 
 use std::env::consts::DLL_SUFFIX;
 use std::fs::{self, File};
+use std::io;
 use std::path::{Path, PathBuf};
 
 use element_api::manifest::{Manifest, SECTION, SECTION_MACH_O};
@@ -21,7 +22,7 @@ pub fn read_manifest(path: &Path) -> Result<Manifest, CatalogError> {
     if element_file::is_one(path) {
         return element_file::manifest(path, &element_file::bytes(path)?);
     }
-    let file = File::open(path).map_err(|error| not_a_library(path, error))?;
+    let file = File::open(path).map_err(|error| not_read(path, &error))?;
     let cache = ReadCache::new(file);
     manifest(path, &cache)
 }
@@ -59,7 +60,7 @@ pub(super) fn manifest<'data, R: ReadRef<'data>>(path: &Path, data: R) -> Result
 /// # Errors
 /// [`CatalogError::NotALibrary`] or [`CatalogError::NoManifest`].
 pub(super) fn section_of(path: &Path) -> Result<Vec<u8>, CatalogError> {
-    let file = File::open(path).map_err(|error| not_a_library(path, error))?;
+    let file = File::open(path).map_err(|error| not_read(path, &error))?;
     let cache = ReadCache::new(file);
     manifest_section(path, &cache).map(<[u8]>::to_vec)
 }
@@ -85,7 +86,12 @@ pub(super) fn own_manifest(path: &Path, section: &[u8]) -> Result<Manifest, Cata
 }
 
 fn not_a_library(path: &Path, reason: impl ToString) -> CatalogError {
-    CatalogError::NotALibrary { path: path.into(), reason: reason.to_string() }
+    CatalogError::NotALibrary { path: path.into(), unread: false, reason: reason.to_string() }
+}
+
+/// A file that the system does not let be read.
+pub(super) fn not_read(path: &Path, error: &io::Error) -> CatalogError {
+    CatalogError::NotALibrary { path: path.into(), unread: true, reason: error.to_string() }
 }
 
 /// The section with the manifest, of a file that is a whole library for this machine.

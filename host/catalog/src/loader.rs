@@ -112,7 +112,7 @@ pub(super) fn load(
 fn read(path: &Path, copies: Option<&Path>, expected: Option<&str>) -> Result<Known, CatalogError> {
     // Reading may take long, too.
     wake();
-    let unreadable = |reason: String| CatalogError::NotALibrary { path: path.into(), reason };
+    let unreadable = |reason: String| CatalogError::NotALibrary { path: path.into(), unread: true, reason };
     let before = Identity::of(path);
     let section = section_of(path)?;
     let manifest = own_manifest(path, &section)?;

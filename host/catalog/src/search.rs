@@ -283,6 +283,7 @@ impl SearchPath {
         let beside = Some(&self.beside).filter(|folder| is_path(request) && **folder != Path::new("")).into_iter();
         CatalogError::NotFound {
             nearest: self.nearest(request),
+            unreadable: self.unreadable(request),
             folders: beside
                 .chain(self.places.iter().filter(|p| !p.path.is_file()).map(|place| &place.path))
                 .cloned()
@@ -290,6 +291,22 @@ impl SearchPath {
             files: file_names(request),
             request: request.into(),
         }
+    }
+
+    /// Folders that someone names and files of the right name that the system does not let be looked at, in words.
+    fn unreadable(&self, request: &str) -> Vec<String> {
+        let named = self.places.iter().filter(|place| place.origin != Origin::Program && !place.is_store());
+        let folders = named.filter(|place| !place.path.is_file()).filter_map(|place| {
+            let error = std::fs::read_dir(&place.path).err()?;
+            Some(format!("`{}` ({}) cannot be read: {error}", place.path.display(), place.origin.words()))
+        });
+        let files = self.folders().flat_map(|folder| file_names(request).into_iter().map(|name| folder.join(name)));
+        // A link is there, and what it leads to is not.
+        let files = files.filter(|file| file.symlink_metadata().is_ok()).filter_map(|file| {
+            let error = file.metadata().err()?;
+            Some(format!("`{}` is a link that leads nowhere: {error}", file.display()))
+        });
+        folders.chain(files).collect()
     }
 
     /// The folders among the places but the stores, in order.

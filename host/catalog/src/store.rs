@@ -20,6 +20,8 @@ use super::search::{project_folder, user_folder};
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Store {
     folder: PathBuf,
+    /// The folder of the project whose store it is.
+    project: Option<PathBuf>,
 }
 
 /// A version of a library in a store.
@@ -39,7 +41,7 @@ impl Store {
     /// The store in this folder, which need not be there yet.
     #[must_use]
     pub fn new(folder: impl Into<PathBuf>) -> Self {
-        Self { folder: folder.into() }
+        Self { folder: folder.into(), project: None }
     }
 
     /// The store of the user; `None` where the system knows no home.
@@ -51,7 +53,7 @@ impl Store {
     /// The store of the project in this folder.
     #[must_use]
     pub fn of_project(folder: &Path) -> Self {
-        Self::new(project_folder(folder))
+        Self { project: Some(folder.into()), ..Self::new(project_folder(folder)) }
     }
 
     /// Where it is.
@@ -105,7 +107,7 @@ impl Store {
                 return Ok((whole(), false));
             }
             let (name, version) = (info.name.clone(), info.version.to_string());
-            return Err(CatalogError::AlreadyInstalled { name, version, folder });
+            return Err(CatalogError::AlreadyInstalled { name, version, folder, project: self.project.clone() });
         }
         let draft = self.folder.join(format!(".draft-{}-{}", info.name, std::process::id()));
         let result = self.write(package, &draft, &folder, copies);

@@ -281,6 +281,9 @@ impl<'a> Tape<'a> {
         };
         match loads.get_mut(index as usize) {
             Some(sum) => *sum += value,
+            None if self.subject.descriptor.kind != Kind::Force => {
+                self.wrong("gives a force or torque, which only forces do");
+            }
             None => {
                 self.wrong(format!("gives a force or torque of frame {}, which it does not have", index / 3));
             }

@@ -62,6 +62,7 @@ use self::class::DataClass;
 use self::equations::Equations;
 use super::c_library::check_element_name;
 use super::declared::check_parameters;
+use super::file::not_read;
 use super::hash::sha256;
 use super::loader::Opened;
 use super::offer::Offer;
@@ -305,13 +306,12 @@ pub(super) fn manifest(path: &Path, bytes: &[u8]) -> Result<Manifest, CatalogErr
 /// # Errors
 /// [`CatalogError::NotALibrary`], [`CatalogError::BadElement`].
 pub(super) fn bytes(path: &Path) -> Result<Vec<u8>, CatalogError> {
-    let unreadable = |reason: String| CatalogError::NotALibrary { path: path.into(), reason };
-    let size = fs::metadata(path).map_err(|error| unreadable(error.to_string()))?.len();
+    let size = fs::metadata(path).map_err(|error| not_read(path, &error))?.len();
     if size > LARGEST {
         let reason = format!("it has {size} bytes; at most {LARGEST} are read");
         return Err(CatalogError::BadElement { path: path.into(), line: None, reason });
     }
-    fs::read(path).map_err(|error| unreadable(error.to_string()))
+    fs::read(path).map_err(|error| not_read(path, &error))
 }
 
 /// The elements in a file; with `expected`, only of a file with this SHA-256. Nothing is run.

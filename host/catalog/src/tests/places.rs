@@ -1,6 +1,7 @@
 //! Which library is taken where several places, versions or builds answer to a name. The files have a manifest and nothing
 //! else: nothing is loaded.
 
+use super::super::archive::Package;
 use super::super::hash::sha256;
 use super::super::package::target;
 use super::super::store::Store;
@@ -132,6 +133,43 @@ fn a_pin_that_nothing_fits_tells_what_there_is() {
     assert_eq!(absent.code(), codes::PLUGIN_NOT_FOUND);
     assert!(absent.help().iter().any(|line| line.contains("odyn plugin add")), "{:?}", absent.help());
     assert!(absent.help().iter().any(|line| line == "did you mean `acme-wobble`?"), "{:?}", absent.help());
+}
+
+/// Folders that are named and not there, links that lead nowhere, and files that the system does not give.
+#[cfg(unix)]
+#[test]
+fn what_cannot_be_looked_at_is_named() {
+    let folder = Folder::new("unreadable");
+    let search = search(&folder);
+    let link = folder.file("scene/readme", "").with_file_name(file_name("acme_wobble"));
+    std::os::unix::fs::symlink("nowhere", &link).expect("writable");
+    let help = search.choose(&Request::named("acme-wobble")).expect_err("not there").help();
+    let at = |name: &str| folder.0.join(name).display().to_string();
+    for (place, said) in [
+        (at("command"), "(command line) cannot be read: "),
+        (at("environment"), "(ODYN_PLUGIN_PATH) cannot be read: "),
+        (link.display().to_string(), "is a link that leads nowhere: "),
+    ] {
+        assert!(help.iter().any(|line| line.starts_with(&format!("`{place}` {said}"))), "{place}: {help:?}");
+    }
+    assert!(!help.iter().any(|line| line.starts_with(&format!("`{}`", at("program")))), "{help:?}");
+    let error = read_manifest(&link).expect_err("not there");
+    assert!(error.to_string().contains("cannot be read: ") && error.help().is_empty(), "{error}");
+}
+
+#[test]
+fn to_replace_what_a_project_has_the_project_is_named() {
+    let folder = Folder::new("replace");
+    install(&folder, ".odyn/plugins", "acme-wobble", "1.0.0", "old");
+    let built = put(&folder, "build", "acme-wobble", "1.0.0", "new");
+    let package = Package::new(&built, "[]".into(), Vec::new()).expect("sound");
+    let store = Store::of_project(&folder.0);
+    for (store, of) in
+        [(Store::new(store.folder()), String::new()), (store, format!(" --project {}", folder.0.display()))]
+    {
+        let help = store.add(&package, None).expect_err("another build").help();
+        assert!(help[0].ends_with(&format!("`odyn plugin remove acme-wobble@1.0.0{of}`")), "{help:?}");
+    }
 }
 
 #[test]

@@ -96,7 +96,12 @@ fn missing(params: &RawTable, spec: &ParamSpec, record: &ElementRecord, type_nam
 /// The sentence about a parameter, with its unit: `Tension per elongation [N/m].`
 fn meaning(spec: &ParamSpec) -> String {
     let doc = spec.doc.trim_end_matches('.');
-    if spec.unit.is_empty() { format!("{doc}.") } else { format!("{doc} [{}].", spec.unit) }
+    match (doc.is_empty(), spec.unit.is_empty()) {
+        (true, true) => String::new(),
+        (true, false) => format!("[{}]", spec.unit),
+        (false, true) => format!("{doc}."),
+        (false, false) => format!("{doc} [{}].", spec.unit),
+    }
 }
 
 /// A raw value as the plugin receives it.
@@ -104,7 +109,7 @@ fn convert(scene: &Scene, raw: &RawValue, spec: &ParamSpec) -> Result<toml::Valu
     let wrong_kind = || {
         Diagnostic::error(codes::WRONG_TYPE, format!("`{}` must be a {}", spec.name, spec.kind.text()))
             .at(raw.span.clone(), format!("this is {}", raw.kind.describe()))
-            .help(spec.doc.clone())
+            .help_if(text_of(spec))
     };
     let number = |raw: &RawValue, dimension: Dimension| -> Result<toml::Value, Box<Diagnostic>> {
         // A unit that is not named is any: the gain of a controller, the limit of a signal.
@@ -193,11 +198,17 @@ fn with_interpolation(value: toml::Value, spec: &ParamSpec, kind: Kind) -> toml:
 }
 
 fn out_of_range(raw: &RawValue, spec: &ParamSpec) -> Box<Diagnostic> {
+    let unit = if spec.unit.is_empty() { String::new() } else { format!(" (in {})", spec.unit) };
     Box::new(
         Diagnostic::error(codes::ELEMENT_PARAMETER_RANGE, format!("`{}` is out of range", spec.name))
-            .at(raw.span.clone(), format!("must be {} (in {})", spec.range_text(), spec.unit))
-            .help(spec.doc.clone()),
+            .at(raw.span.clone(), format!("must be {}{unit}", spec.range_text()))
+            .help_if(text_of(spec)),
     )
+}
+
+/// The sentence about a parameter; libraries in C and files of elements may have none.
+fn text_of(spec: &ParamSpec) -> Option<String> {
+    (!spec.doc.is_empty()).then(|| spec.doc.clone())
 }
 
 fn check_choice(text: &str, raw: &RawValue, spec: &ParamSpec) -> Result<(), Box<Diagnostic>> {
@@ -209,7 +220,7 @@ fn check_choice(text: &str, raw: &RawValue, spec: &ParamSpec) -> Result<(), Box<
         Diagnostic::error(codes::UNKNOWN_WORD, format!("`{}` cannot be `{text}`", spec.name))
             .at(raw.span.clone(), "")
             .help_if(help_for(text, &choices, "words"))
-            .help(spec.doc.clone()),
+            .help_if(text_of(spec)),
     ))
 }
 

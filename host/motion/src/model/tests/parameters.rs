@@ -78,6 +78,22 @@ fn ranges_hold_at_their_bounds() {
     }
 }
 
+/// Libraries in C and files of elements may have no unit and no text.
+#[test]
+fn a_range_without_unit_and_text_is_all_that_is_said() {
+    let said = |spec: &ParamSpec| {
+        let text = with_body("") + "[[force]]\nname = \"e\"\ntype = \"t\"\nbodies = [\"a\"]\nparams = { p = -1 }\n";
+        let (scene, mut found) = (crate::tests::scene(&text), Vec::new());
+        let specs = (std::slice::from_ref(spec), "");
+        crate::model::parameters::resolve(&scene, &scene.elements[0], specs, "t", Kind::Force, &mut found);
+        (found[0].labels[0].text.clone(), found[0].help.clone())
+    };
+    let bare = ParamSpec::new::<f64>("p", "", "").above(0.0);
+    assert_eq!(said(&bare), ("must be > 0".to_string(), Vec::new()));
+    let whole = ParamSpec::new::<f64>("p", "m", "A length.").above(0.0);
+    assert_eq!(said(&whole), ("must be > 0 (in m)".to_string(), vec!["A length.".to_string()]));
+}
+
 #[test]
 fn values_of_another_kind_are_refused_where_they_stand() {
     for (value, place) in [
