@@ -240,7 +240,8 @@ impl<S: Scalar> Wrenches<'_, S> {
         self.force_at(i, point, -force);
     }
     /// Action and reaction: `force` at the origin of frame `j`, and its opposite on the body of frame `i` along the same
-    /// line, so that the pair has no resultant force and no resultant moment.
+    /// line, so that the pair has no resultant force and no resultant moment. Of a force between the two origins (springs, dampers) the
+    /// moment is zero, which the host cannot see: two calls of [`Wrenches::force`] give the same, and cost a part of it.
     #[track_caller]
     pub fn force_pair(&mut self, i: usize, j: usize, force: Vec3<S>) {
         let lever = self.frames[j].position - self.frames[i].position;
