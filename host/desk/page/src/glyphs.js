@@ -74,7 +74,7 @@ export function skeleton(centre, frames, size, color, least) {
   hub.position.set(...centre);
   group.add(hub);
   for (const { r } of frames) {
-    if (Math.hypot(...r.map((x, k) => x - centre[k])) > 1e-9) group.add(bar(centre, r, 0.14 * size, material));
+    if (Math.hypot(...r.map((x, k) => x - centre[k])) > 1e-4 * size) group.add(bar(centre, r, 0.14 * size, material));
   }
   return group;
 }

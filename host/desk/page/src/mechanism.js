@@ -6,12 +6,25 @@ import { COLORS, arrow, between, glyph, place, shape, skeleton } from "./glyphs.
 
 const UP = new Vector3(0, 0, 1);
 
+/** How far the frames of elements on a body are from each other and from its centre of mass: the median of all bodies of some extent. */
+function linkOf(header, length) {
+  const apart = (a, b) => Math.hypot(...a.map((x, k) => x - b[k]));
+  const places = header.bodies.map(({ centre }) => [centre]);
+  for (const { body, r } of header.elements.flatMap(({ frames }) => frames)) places[body]?.push(r);
+  // Beyond some frames, the farthest from the first of them will do.
+  const extents = places.map((points) => Math.max(...points.slice(0, 8).flatMap((a) => points.map((b) => apart(a, b)))));
+  const links = extents.filter((extent) => extent > 1e-4 * length).sort((a, b) => a - b);
+  return links.length ? links[links.length >> 1] : Infinity;
+}
+
 export class Mechanism {
-  /** `ghost`: how much of it is seen through, for runs laid over the first. */
-  constructor(run, size, ghost) {
+  /** `length`: size of the scene; `ghost`: how much of it is seen through, for runs laid over the first. */
+  constructor(run, length, ghost) {
     this.run = run;
     this.motion = run.motion;
-    this.size = size;
+    this.link = linkOf(run.motion.header, length);
+    // Of the scene, but no larger than what is between two joints, as far as that can be seen.
+    this.size = Math.min(0.06 * length, Math.max(0.25 * this.link, 0.0025 * length));
     this.group = new Group();
     const { header } = this.motion;
     // What has no shape is seen from where its whole path is.
@@ -39,7 +52,7 @@ export class Mechanism {
     const color = COLORS[k % COLORS.length];
     const frames = this.motion.header.elements.flatMap((element) => element.frames.filter((frame) => frame.body === k));
     const shapes = body.shapes.map((given) => shape(given, color)).filter(Boolean);
-    const solid = shapes.length ? shapes : [skeleton(body.centre, frames, this.size, color, 0.008 * this.way)];
+    const solid = shapes.length ? shapes : [skeleton(body.centre, frames, this.size, color, Math.min(0.008 * this.way, 0.15 * this.link))];
     group.add(...solid);
     return group;
   }

@@ -95,6 +95,8 @@ function chart(hosts, group, runs, clock, differences, events) {
       stroke: color(`--curve-${(group.names.indexOf(channel.name) % MOST_CURVES) + 1}`),
       width: 1.5,
       dash: run.index ? [4 + 4 * run.index, 4] : undefined,
+      // Straight lines stay straight: points are not put on whole pixels.
+      pxAlign: 0,
       spanGaps: true,
       points: { show: run.times.length === 1 },
       value: (_, x) => short(x),

@@ -61,7 +61,7 @@ class View {
 
   take(runs) {
     this.length = runs[0].motion.header.length || 1;
-    this.mechanisms = runs.map((run, k) => new Mechanism(run, 0.06 * this.length, k ? 0.35 : 0));
+    this.mechanisms = runs.map((run, k) => new Mechanism(run, this.length, k ? 0.35 : 0));
     this.mechanisms.forEach((mechanism) => this.world.add(mechanism.group));
   }
 
@@ -123,7 +123,8 @@ class View {
     let up = gravity.length() ? gravity.negate().normalize() : axis(normal === 2 ? 1 : 2);
     if (Math.abs(up.dot(view)) > 0.9) up = axis(normal === 1 ? 2 : 1);
     const right = up.clone().cross(view);
-    const radius = 0.5 * size.length() || this.length;
+    // Poses are numbers of 7 digits: what does not move may differ by them.
+    const radius = size.length() > 1e-4 * this.length ? 0.5 * size.length() : this.length;
     const from = view.clone().addScaledVector(right, 0.3).addScaledVector(up, 0.35).normalize();
     // As near as all points allow.
     const across = up.clone().cross(from).normalize();

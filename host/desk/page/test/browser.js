@@ -333,6 +333,47 @@ async function hostile() {
   await context.close();
 }
 
+/** Chains of links of this length that fall, hung up at the origin. */
+function chain(links, length, unit) {
+  const parts = Array.from({ length: links }, (_, k) => {
+    const body = `[[body]]\nname = "b${k}"\nmass = 1\ninertia = [1e-3, "0.1 kg ${unit}^2", "0.1 kg ${unit}^2"]\nposition = [${(k + 0.5) * length}, 0, 0]\n`;
+    const bodies = `bodies = ["${k ? `b${k - 1}` : "ground"}", "b${k}"]`;
+    return `${body}[[joint]]\nname = "j${k}"\ntype = "revolute"\n${bodies}\npoint = [${k * length}, 0, 0]\naxis = [0, 1, 0]\n`;
+  });
+  const file = join(work, `chain-${links}-${unit}.toml`);
+  const head = `[units]\nlength = "${unit}"\n[plugins]\nlibraries = ["joints"]\n[simulation]\nt_end = 0.1\noutput_step = 0.05\n`;
+  writeFileSync(file, head + parts.join(""));
+  return run(file, `chain-${links}-${unit}`);
+}
+
+/** What is seen of scenes of any size: glyphs are no larger than links, and nothing is looked at from within. */
+async function sizes() {
+  const look = async (folder) => {
+    const { page, context, faults } = await open(join(folder, "report.html"));
+    const found = await page.evaluate(() => {
+      const { view } = window.odyn;
+      const [mechanism] = view.mechanisms;
+      const distance = view.camera.position.distanceTo(view.orbit.target);
+      return { size: mechanism.size, length: view.length, distance, parts: mechanism.bodies.map((body) => body.children[0].children.length) };
+    });
+    assert.deepEqual(faults, []);
+    await context.close();
+    return found;
+  };
+  const long = await look(chain(200, 0.3, "m"));
+  assert.ok(long.size < 0.6 * 0.3, `glyphs of ${long.size} m on links of 0.3 m`);
+  const tiny = await look(chain(4, 1, "nm"));
+  assert.ok(tiny.parts.every((parts) => parts > 1), `a ball and its bars: ${tiny.parts}`);
+  // Alone, beside the origin: its poses differ by round-off.
+  const file = join(work, "flywheel.toml");
+  const wheel = `[[body]]\nname = "wheel"\nmass = 5\ninertia = [2e4, 2e4, 4e4]\nposition = [300, 0, 0]\nangular_velocity = [0, 0, 10]\n`;
+  const bearing = `[[joint]]\nname = "bearing"\ntype = "revolute"\nbodies = ["ground", "wheel"]\npoint = [300, 0, 0]\n`;
+  const head = `[units]\nlength = "mm"\n[plugins]\nlibraries = ["joints"]\n[simulation]\nt_end = 1\noutput_step = 0.01\n`;
+  writeFileSync(file, head + wheel + bearing);
+  const alone = await look(run(file, "flywheel"));
+  assert.ok(alone.distance > alone.size, `seen from ${alone.distance} m, ${alone.size} m large`);
+}
+
 /** A scene of boxes that fly and turn. */
 function boxes(count, samples) {
   const bodies = Array.from({ length: count }, (_, k) => {
@@ -378,6 +419,7 @@ try {
   await two();
   await units();
   await labels();
+  await sizes();
   await contacts();
   await modes();
   await hostile();
