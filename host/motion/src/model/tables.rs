@@ -9,7 +9,7 @@ use super::behind::{operations_behind, rows};
 use super::parameters;
 use super::types::GridUse;
 use crate::diagnostics::{Diagnostic, codes};
-use crate::scene::{ElementRecord, Scene};
+use crate::scene::{Dimension, ElementRecord, Scene, UnitSystem, parse_unit};
 
 /// A curve may leave the values of two neighbouring points by this part of the range of all its values without a word: the
 /// crest of a sine that is given by 16 points, or more, of each period is not reported.
@@ -53,6 +53,34 @@ struct Subject<'a> {
     params: &'a Params,
 }
 
+/// A unit in which numbers of a curve are shown.
+struct Shown {
+    factor: f64,
+    label: String,
+    /// The largest number, SI: others are zero where they are round-off beside it.
+    size: f64,
+}
+
+impl Shown {
+    fn of(dimension: Dimension, written: &str, size: f64, scene: &UnitSystem) -> Self {
+        let label = match dimension {
+            Dimension::DIMENSIONLESS => String::new(),
+            _ => format!(" {}", scene.label_as(dimension, written)),
+        };
+        Self { factor: scene.factor(dimension), label, size }
+    }
+
+    /// Without the unit.
+    fn number(&self, si: f64) -> String {
+        let is_round_off = si.abs() <= 1e-12 * self.size;
+        short(if is_round_off { 0.0 } else { si / self.factor })
+    }
+
+    fn value(&self, si: f64) -> String {
+        self.number(si) + &self.label
+    }
+}
+
 /// The parameter that a table was made of, as far as can be known: the one whose arguments it has.
 struct Curve<'a> {
     spec: Option<&'a ParamSpec>,
@@ -77,14 +105,17 @@ impl Curve<'_> {
         expected.is_none_or(|expected| joined_alike(table, &expected))
     }
 
-    /// An argument, and a value, with their units.
-    fn units(&self) -> [String; 2] {
+    /// An argument, a value and a slope in the scene's units.
+    fn units(&self, scene: &UnitSystem) -> [Shown; 3] {
         let unit = self.spec.map_or("", |spec| spec.unit.as_str());
         let (argument, value) = unit.split_once("->").unwrap_or(("", ""));
-        [argument, value].map(|unit| match unit.trim() {
-            "" | "1" => String::new(),
-            unit => format!(" {unit}"),
-        })
+        let units = [argument.trim(), value.trim()];
+        let dimensions =
+            units.map(|unit| parse_unit(unit).map_or(Dimension::DIMENSIONLESS, |(dimension, _)| dimension));
+        let size = |k: usize| self.points.iter().map(|point| point[k].abs()).fold(0.0, f64::max);
+        let [argument, value] = [0, 1].map(|k| Shown::of(dimensions[k], units[k], size(k), scene));
+        let slope = dimensions[1].over(dimensions[0]).unwrap_or(Dimension::DIMENSIONLESS);
+        [argument, value, Shown::of(slope, "", 0.0, scene)]
     }
 }
 
@@ -190,31 +221,37 @@ impl Subject<'_> {
         if worst.excess() <= TOLERATED * (high - low) {
             return None;
         }
-        let [argument, value] = curve.units();
+        let [argument, value, _] = curve.units(&self.scene.units);
         let message = format!(
-            "`{}`: {} reaches {}{value} between its points at {}{argument} and {}{argument}, where it is {}{value} and {}{value}",
+            "`{}`: {} reaches {} between its points at {} and {}, where it is {} and {}",
             self.record.name.value,
             curve.name(),
-            short(worst.farthest()),
-            short(worst.from),
-            short(worst.to),
-            short(worst.ends[0]),
-            short(worst.ends[1]),
+            value.value(worst.farthest()),
+            argument.value(worst.from),
+            argument.value(worst.to),
+            value.value(worst.ends[0]),
+            value.value(worst.ends[1]),
         );
         let least = pieces.iter().map(|p| p.low).fold(f64::INFINITY, f64::min);
         let most = pieces.iter().map(|p| p.high).fold(f64::NEG_INFINITY, f64::max);
         let label = format!(
-            "points from {} to {}{value}, the curve through them from {} to {}{value}",
-            short(low),
-            short(high),
-            short(least),
-            short(most)
+            "points from {} to {}, the curve through them from {} to {}",
+            value.number(low),
+            value.value(high),
+            value.number(least),
+            value.value(most)
         );
+        let other = match self.class.kind {
+            Kind::Joint => {
+                "`interpolation = \"monotone\"` stays between the points; joints follow no \"linear\" and \"steps\""
+            }
+            _ => "`interpolation = \"monotone\"` stays between the points, and so does \"linear\"",
+        };
         Some(
             Diagnostic::warning(codes::CURVE_LEAVES_POINTS, message)
                 .at(self.place(curve), label)
-                .help("a spline is for points of a smooth function: give more of them where it bends")
-                .help("`interpolation = \"monotone\"` stays between the points, and so does \"linear\""),
+                .help(other)
+                .help("a spline is for points of a smooth function: give more of them where it bends or rises quickly"),
         )
     }
 
@@ -231,18 +268,18 @@ impl Subject<'_> {
     /// The first jump of value or slope inside a table; else, of a table over time, the one at an end within the run.
     fn kink(&self, table: &Table, of_time: bool) -> Option<Diagnostic> {
         let curve = self.curve_of(table);
-        let [argument, value] = curve.units();
+        let [argument, _, slope] = curve.units(&self.scene.units);
         let (first, last) = (*table.breaks.first()?, *table.breaks.last()?);
         let is_end = |x: f64| table.outside == Outside::Clamped && (x == first || x == last);
         let name = &self.record.name.value;
         if let Some((x, order)) = table.kinks().find(|(x, order)| *order < 2 && !is_end(*x)) {
             let what = if order == 0 { "jumps" } else { "has a kink" };
-            let message = format!("`{name}`: {} {what} at {}{argument}", curve.name(), short(x));
+            let message = format!("`{name}`: {} {what} at {}", curve.name(), argument.value(x));
             return Some(
                 Diagnostic::error(codes::CURVE_NOT_SMOOTH, message)
                     .at(self.place(&curve), "a joint would need infinite forces to follow it")
-                    .help("leave `interpolation` out: the curves of joints are splines where nothing else is written")
-                    .help("`interpolation = \"monotone\"` has no kinks either; its forces jump at the points"),
+                    .help("`interpolation = \"monotone\"` has no kinks and stays between the points; its forces jump there")
+                    .help("without `interpolation`, the curve of a joint is a spline, which is for points of a smooth function"),
             );
         }
         let simulation = &self.scene.simulation;
@@ -251,12 +288,12 @@ impl Subject<'_> {
         let inner = end_slopes(table)[usize::from(x != first)];
         let (before, after) = if x == first { (0.0, inner) } else { (inner, 0.0) };
         let message = format!(
-            "`{name}`: {} {} at t = {} s, where the speed jumps from {} to {}{value}/s",
+            "`{name}`: {} {} at t = {}, where the speed jumps from {} to {}",
             curve.name(),
             if x == first { "begins" } else { "ends" },
-            short(x),
-            short(before),
-            short(after),
+            argument.value(x),
+            slope.number(before),
+            slope.value(after),
         );
         Some(
             Diagnostic::warning(codes::CURVE_NOT_SMOOTH, message)

@@ -5,10 +5,16 @@ use crate::diagnostics::{Code, Severity};
 
 const JUMP: &str = "[[0, 0], [0.4, 0], [0.42, 10], [1, 10]]";
 
-/// What is said of a force, or of a joint, with a parameter: severity, code, message, label.
+/// What is said of a force, or of a joint, with a parameter: severity, code, message.
 fn said(kind: &str, type_name: &str, params: &str) -> Vec<(Severity, Code, String)> {
+    diagnosed("", kind, type_name, params).into_iter().map(|d| (d.severity, d.code, d.message)).collect()
+}
+
+/// The same, whole, in a scene with these units.
+fn diagnosed(units: &str, kind: &str, type_name: &str, params: &str) -> Vec<Diagnostic> {
     let bodies = if kind == "joint" { "[\"ground\", \"a\"]" } else { "[\"a\"]" };
-    let text = with_body("")
+    let text = units.to_owned()
+        + &with_body("")
         + &format!("[[{kind}]]\nname = \"e\"\ntype = \"{type_name}\"\nbodies = {bodies}\nparams = {{ {params} }}\n");
     let source = crate::tests::scene(&text).source.text;
     let found = match resolved(&text) {
@@ -19,7 +25,7 @@ fn said(kind: &str, type_name: &str, params: &str) -> Vec<(Severity, Code, Strin
         let place = &source[diagnostic.span().unwrap()];
         assert!(params.contains(place) && place.contains("[0"), "points at {place}");
     }
-    found.into_iter().map(|d| (d.severity, d.code, d.message)).collect()
+    found
 }
 
 fn codes_of(kind: &str, type_name: &str, params: &str) -> Vec<(Severity, Code)> {
@@ -79,6 +85,37 @@ fn joints_follow_splines_and_refuse_kinks() {
     let crest = "[[0, 0], [0.5, 1], [1.5, 1.1], [2, 0]]";
     assert_eq!(codes_of("joint", "lead", &format!("way = {crest}")), [(Severity::Warning, codes::CURVE_LEAVES_POINTS)]);
     assert_eq!(codes_of("force", "pull", &format!("of_time = {crest}")), []);
+}
+
+/// No remedy is one that joints refuse, and none leads from one message to the other and back.
+#[test]
+fn remedies_for_curves_of_joints_are_what_joints_take() {
+    let crest = "way = [[0, 0], [0.5, 1], [1.5, 1.1], [2, 0]]";
+    let [swings] = &diagnosed("", "joint", "lead", crest)[..] else { panic!() };
+    assert!(
+        swings.help[0].contains("\"monotone\"` stays between the points; joints follow no \"linear\""),
+        "{swings:?}"
+    );
+    let bent = "way = { points = [[0, 0], [0.5, 1], [1.5, 1.1], [2, 0]], interpolation = \"linear\" }";
+    let [refused] = &diagnosed("", "joint", "lead", bent)[..] else { panic!() };
+    assert!(refused.help[0].starts_with("`interpolation = \"monotone\"` has no kinks"), "{refused:?}");
+    assert!(refused.help.iter().all(|line| !line.contains("leave `interpolation` out")), "{refused:?}");
+}
+
+#[test]
+fn numbers_of_curves_are_in_the_units_of_the_scene() {
+    let units = "[units]\nlength = \"mm\"\ntime = \"ms\"\n";
+    let found = diagnosed(units, "force", "pull", &format!("of_rate = {JUMP}"));
+    assert!(found[0].message.contains("between its points at 0.42 mm/ms and 1 mm/ms"), "{found:?}");
+    let found = diagnosed(units, "joint", "lead", "way = [[0, 0], [0.4, 1], [0.8, 2]]");
+    assert_eq!(
+        found[0].message,
+        "`e`: the curve of `way` ends at t = 0.8 ms, where the speed jumps from 2.5 to 0 mm/ms"
+    );
+    // Round-off beside the other numbers is zero.
+    let label = |found: &[Diagnostic]| found[0].labels.iter().map(|label| label.text.clone()).collect::<String>();
+    let found = diagnosed("", "joint", "lead", "way = [[0, -1e-17], [0.5, 1], [1.5, 1.1], [2, 0]]");
+    assert!(label(&found).starts_with("points from 0 to 1.1 m, the curve through them from 0 to "), "{found:?}");
 }
 
 #[test]
