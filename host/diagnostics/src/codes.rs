@@ -320,7 +320,7 @@ table! {
     ELEMENT_CHECK = "ODY0750", Audit, "element used beyond what it is made for",
         "An element's library says under which conditions it may be used, and one of them did not hold during the run, at accepted steps or samples: a bearing is loaded beyond its rating, a motor turns too fast. The words are the library's. The motion is computed as if nothing had happened, and the status of the run does not change; choose another size, or see what loads it. `summary.json` has all margins under `elements`.";
     LEFT_GRID = "ODY0751", Audit, "arguments outside of a grid or curve",
-        "A parameter is given by values on a grid, or by the points of a curve, and the run asked for values outside of them, where the nearest value is held: a motor turns faster than its characteristic goes. Curves that end level, with two equal values, and those over time are not looked at. Give values for the whole range, or see why the run leaves it.";
+        "A parameter is given by values on a grid, or by the points of a curve, and the run asked for values outside of them, where the nearest value is held: a motor turns faster than its characteristic goes. Of curves over time it is said before the run: where the run uses less than 1 % of one, whose times are then in another unit most probably, and where one of four points or more acts on by its last value for more than 5 % of the run. Curves that end level, with two equal values, are not looked at. Give values for the whole range, or see why the run leaves it.";
 
     CANNOT_WRITE = "ODY0801", Files, "results cannot be written",
         "The folder doesn't exist, may not be written, or the disk is full.";

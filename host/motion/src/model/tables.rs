@@ -15,6 +15,13 @@ use crate::scene::{Dimension, ElementRecord, Scene, UnitSystem, parse_unit};
 /// crest of a sine that is given by 16 points, or more, of each period is not reported.
 const TOLERATED: f64 = 0.01;
 
+/// A curve over time of which a run uses less than this is most probably in another unit.
+const LEAST_USED: f64 = 0.01;
+/// A run may go on beyond the end of a curve for this share of its length.
+const MOST_BEYOND: f64 = 0.05;
+/// Points of a curve from which on it is the course of something, not a ramp.
+const LEAST_POINTS: usize = 4;
+
 /// What is to be said of the tables of an instance; `params` is what it was given.
 pub(super) fn check(
     scene: &Scene,
@@ -25,6 +32,9 @@ pub(super) fn check(
 ) -> Vec<Diagnostic> {
     let mut found = Vec::new();
     let subject = Subject { scene, record, class, params };
+    let results = recording.outputs.iter().map(|output| output.node);
+    let of_time = tables_of(recording, results).into_iter().filter(|(_, argument)| is_time(recording, *argument));
+    let of_time: Vec<&Table> = of_time.filter_map(|(k, _)| recording.tables.get(k)).collect();
     let tables: Vec<&Table> = recording.tables.iter().filter(|table| table.is_sound()).collect();
     for (k, table) in tables.iter().enumerate() {
         if tables[..k].contains(table)
@@ -39,6 +49,9 @@ pub(super) fn check(
         }
         found.extend(subject.interpolated_otherwise(&curve, table));
         found.extend(subject.leaves_its_points(&curve, table));
+        if of_time.contains(table) {
+            found.extend(subject.beside_the_run(&curve, table));
+        }
     }
     if class.kind == Kind::Joint {
         found.extend(subject.kinks_of_rows(recording));
@@ -253,6 +266,48 @@ impl Subject<'_> {
                 .help(other)
                 .help("a spline is for points of a smooth function: give more of them where it bends or rises quickly"),
         )
+    }
+
+    /// A curve over time of which the run uses next to nothing, or which ends before the run does, somewhere on its way.
+    fn beside_the_run(&self, curve: &Curve<'_>, table: &Table) -> Option<Diagnostic> {
+        let simulation = &self.scene.simulation;
+        let (first, last) = (*table.breaks.first()?, *table.breaks.last()?);
+        let [time, value, _] = curve.units(&self.scene.units);
+        let name = &self.record.name.value;
+        let used = (simulation.t_end.min(last) - simulation.t_start.max(first)).max(0.0);
+        if table.outside != Outside::Clamped {
+            return None;
+        }
+        if used < LEAST_USED * (last - first) {
+            let message = format!(
+                "`{name}`: the run is {} % of {}, which goes from t = {} to {}",
+                short(100.0 * used / (last - first)),
+                curve.name(),
+                time.number(first),
+                time.value(last),
+            );
+            return Some(Diagnostic::warning(codes::LEFT_GRID, message).at(self.place(curve), "").help(
+                "where its times are in another unit, name that: in the head of the column, `t [ms]`, or with `units` beside `file`",
+            ));
+        }
+        let length = simulation.t_end - simulation.t_start;
+        let [before, at_last] = Piece::of(table, table.pieces.len() - 1).ends;
+        // A force that has ended, a level one, and what three points say, such as a ramp, are meant to be held.
+        let held = at_last == 0.0 || near(at_last, before, 0.0) || curve.points.len() < LEAST_POINTS;
+        // Joints have a message of their own.
+        if held || self.class.kind == Kind::Joint || last >= simulation.t_end - MOST_BEYOND * length {
+            return None;
+        }
+        let message = format!(
+            "`{name}`: {} ends at t = {}, and the run at {}: from there on it is held at {}",
+            curve.name(),
+            time.number(last),
+            time.value(simulation.t_end),
+            value.value(at_last),
+        );
+        Some(Diagnostic::warning(codes::LEFT_GRID, message).at(self.place(curve), "").help(
+            "give points for the whole run, or end it sooner; two equal values at the end say that it is to be held",
+        ))
     }
 
     /// Constraint equations are differentiated twice: a jump of value or slope asks for infinite forces.

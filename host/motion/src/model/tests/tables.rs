@@ -154,3 +154,31 @@ fn curves_with_the_same_points_may_be_joined_in_different_ways() {
     let found = said("force", "pull", &spline);
     assert!(found.len() == 1 && found[0].2.contains("the curve of `of_rate`"), "{found:?}");
 }
+
+/// The run ends at 1 s.
+#[test]
+fn curves_over_time_that_do_not_cover_the_run_are_reported() {
+    let left = (Severity::Warning, codes::LEFT_GRID);
+    let found = said("force", "pull", "of_time = [[0, 0], [0.1, 10], [0.2, 20], [0.3, 25]]");
+    assert_eq!(found.iter().map(|(severity, code, _)| (*severity, *code)).collect::<Vec<_>>(), [left]);
+    assert_eq!(
+        found[0].2,
+        "`e`: the curve of `of_time` ends at t = 0.3, and the run at 1 s: from there on it is held at 25 N"
+    );
+    for meant in [
+        "[[0, 0], [0.1, 10], [0.2, 20], [0.3, 0]]",
+        "[[0, 0], [0.1, 10], [0.2, 20], [0.3, 20]]",
+        "[[0, 0], [0.1, 10]]",
+        "[[0, 0], [0.1, 10], [0.2, 20], [0.97, 25]]",
+        "{ points = [[0, 0], [0.1, 10], [0.2, 20], [0.3, 25]], periodic = true }",
+    ] {
+        let found = codes_of("force", "pull", &format!("of_time = {meant}"));
+        assert!(!found.contains(&left), "{meant}: {found:?}");
+    }
+    // Milliseconds, taken for seconds.
+    for (kind, type_name, param) in [("force", "pull", "of_time"), ("joint", "lead", "way")] {
+        let found = said(kind, type_name, &format!("{param} = [[0, 0], [250, 1], [500, 2], [1000, 4]]"));
+        let of_unit = format!("`e`: the run is 0.1 % of the curve of `{param}`, which goes from t = 0 to 1000 s");
+        assert!(found.iter().any(|(_, code, message)| *code == codes::LEFT_GRID && *message == of_unit), "{found:?}");
+    }
+}
