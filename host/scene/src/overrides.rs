@@ -1,6 +1,7 @@
 //! `--set K=V`: changes of a scene from the command line, applied to the tables before they are read.
 
 use super::raw::{RawKind, RawTable, RawValue, Spanned, parse_value};
+use super::schema::{self, Key};
 use super::units::{number_and_unit, parse_unit};
 use odyn_diagnostics::{Diagnostic, Source, codes, suggest};
 
@@ -117,18 +118,63 @@ enum Target {
 }
 
 fn set(root: &mut RawTable, path: &[&str], value: RawValue, span: std::ops::Range<usize>) -> Result<(), Diagnostic> {
-    let (table, rest) = match find_target(root, path, &span)? {
-        Target::Section if path.len() == 1 => (root, path),
-        Target::Section => (section(root, path[0], &span), &path[1..]),
-        Target::Parameter => (section(root, "parameters", &span), path),
+    let (table, rest, keys) = match find_target(root, path, &span)? {
+        Target::Section if path.len() == 1 => (root, path, Vec::new()),
+        Target::Section => (section(root, path[0], &span), &path[1..], keys_of(path[0])),
+        Target::Parameter => (section(root, "parameters", &span), path, Vec::new()),
         Target::Named(list, index) => {
             let skipped = if path[0] == list { 2 } else { 1 };
-            (named(root, list, index), &path[skipped..])
+            (named(root, list, index), &path[skipped..], keys_of(list))
         }
     };
     let whole = path.join(".");
+    begin_list(table, rest, &keys, &whole, &span)?;
     set_inside(table, rest, value, &span)
         .map_err(|at| bad(format!("`{at}` in `{whole}` is not a table")).at(span.clone(), ""))
+}
+
+/// What can stand in a section, or in a table of a list.
+fn keys_of(table: &str) -> Vec<Key> {
+    match table {
+        "simulation" => schema::simulation_keys(),
+        "body" => schema::body_keys(),
+        "joint" | "force" | "control" => schema::element_keys(table),
+        "input" => schema::input_keys(),
+        "output" => schema::output_keys(),
+        "figure" => schema::figure_keys(),
+        "check" => schema::check_keys(),
+        _ => Vec::new(),
+    }
+}
+
+/// Where an entry of a list is set that the scene leaves out, the others are what they are then: puts such a list there.
+fn begin_list(
+    table: &mut RawTable,
+    path: &[&str],
+    keys: &[Key],
+    whole: &str,
+    span: &std::ops::Range<usize>,
+) -> Result<(), Diagnostic> {
+    let [key, _, ..] = path else { return Ok(()) };
+    let schema = keys.iter().find(|(known, ..)| known == key).map(|(_, schema, _)| schema);
+    let Some(schema) = schema.filter(|schema| schema["type"] == "array" && table.get(key).is_none()) else {
+        return Ok(());
+    };
+    let Some(left_out) = schema["default"].as_array() else {
+        let before = whole.split(key).next().unwrap_or_default();
+        let message = format!("`{whole}` cannot be set alone: the scene has no `{before}{key}`");
+        return Err(bad(message)
+            .at(span.clone(), "")
+            .help(format!("set all of it: `--set \"{before}{key}=[...]\"`, or write it in the scene")));
+    };
+    let entry = |value: &serde_json::Value| {
+        let kind =
+            value.as_str().map_or(RawKind::Integer(value.as_i64().unwrap_or(0)), |word| RawKind::Text(word.into()));
+        RawValue { span: span.clone(), kind }
+    };
+    let list = RawValue { span: span.clone(), kind: RawKind::Array(left_out.iter().map(entry).collect()) };
+    table.set(Spanned::new((*key).to_owned(), span.clone()), list);
+    Ok(())
 }
 
 /// Sets a key of nested tables, which are created as needed; the error is the segment that is no table.

@@ -84,6 +84,13 @@ fn vector_of(dimension: Dimension) -> Value {
     list_of(3, of(dimension))
 }
 
+/// Three components, each of which is this where it is left out.
+fn vector_or(left_out: Value, dimension: Dimension) -> Value {
+    let mut schema = vector_of(dimension);
+    schema["default"] = json!([left_out, left_out, left_out]);
+    schema
+}
+
 fn direction() -> Value {
     vector_of(Dimension::DIMENSIONLESS)
 }
@@ -195,7 +202,7 @@ pub(super) fn library_keys() -> Vec<Key> {
 
 pub(super) fn simulation_keys() -> Vec<Key> {
     vec![
-        ("gravity", vector_of(Dimension::ACCELERATION), "Acceleration of gravity, ground axes; zero if left out."),
+        ("gravity", vector_or(0.into(), Dimension::ACCELERATION), "Acceleration of gravity, ground axes."),
         ("t_start", of(Dimension::TIME), "Start; zero if left out."),
         (
             "start",
@@ -259,21 +266,17 @@ pub(super) fn body_keys() -> Vec<Key> {
             "Inertia about the centre of mass in body axes: principal moments, or xx, yy, zz, xy, yz, zx of the tensor; needed unless \
              the body is fixed or a particle.",
         ),
-        ("com", vector_of(Dimension::LENGTH), "Centre of mass in the body frame; zero if left out."),
-        (
-            "position",
-            vector_of(Dimension::LENGTH),
-            "Origin of the body frame in ground at the start; zero if left out.",
-        ),
+        ("com", vector_or(0.into(), Dimension::LENGTH), "Centre of mass in the body frame."),
+        ("position", vector_or(0.into(), Dimension::LENGTH), "Origin of the body frame in ground at the start."),
         ("orientation", orientation(), "Orientation of the body frame at the start; that of the ground if left out."),
         (
             "velocity",
-            vector_of(Dimension::VELOCITY),
+            vector_or("free".into(), Dimension::VELOCITY),
             "Velocity of the origin at the start, ground axes; \"free\" components are found by assembly, as is all of it if left out: those of least kinetic energy, with which the centre of mass of a free body is at rest.",
         ),
         (
             "angular_velocity",
-            vector_of(Dimension::ANGULAR_VELOCITY),
+            vector_or("free".into(), Dimension::ANGULAR_VELOCITY),
             "Angular velocity at the start, ground axes; \"free\" components are found by assembly, as is all of it if left out.",
         ),
         ("fixed", flag(false), "Part of the ground."),
@@ -430,7 +433,7 @@ pub(super) fn output_keys() -> Vec<Key> {
             "Component of a vector; of forces and torques also their magnitude.",
         ),
         ("on", word(), "Body that a reaction or force acts on; the last one of the element if left out."),
-        ("point", vector_of(Dimension::LENGTH), "Point in body coordinates; the origin if left out."),
+        ("point", vector_or(0.into(), Dimension::LENGTH), "Point in body coordinates."),
         ("frame", word(), "Whose axes: \"ground\" or a body."),
         ("channel", word(), "Channel of an element; not needed where there is one."),
     ]

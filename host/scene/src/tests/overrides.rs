@@ -130,10 +130,35 @@ fn a_parameter_that_lost_its_unit_is_named_where_it_is_used() {
 }
 
 #[test]
+fn an_entry_of_a_list_that_is_left_out_can_be_set() {
+    let scene = |set: &[&str]| {
+        accept_with(
+            "[[body]]\nname = \"disc\"\nmass = 1\ninertia = [1, 1, 1]\n",
+            &[set, &["simulation.t_end=1", "simulation.output_step=1"]].concat(),
+        )
+    };
+    let disc = &scene(&["disc.com.x=0.25", "disc.com.z=2", "disc.velocity.y=3"]).bodies[0];
+    assert_eq!(disc.com, [0.25, 0.0, 2.0]);
+    assert_eq!(disc.velocity.value, [None, Some(3.0), None]);
+    assert_eq!(scene(&["simulation.gravity.z=-9.81"]).simulation.gravity, [0.0, 0.0, -9.81]);
+    // What a joint without a point has there is not known here.
+    let rejected = reject_with(SCENE, &["bearing.point.x=2"]);
+    assert_eq!(rejected.codes(), [codes::BAD_OVERRIDE]);
+    let [help] = &rejected.diagnostics[0].help[..] else { panic!() };
+    assert!(help.contains("`--set \"bearing.point=[...]\"`"), "{help}");
+}
+
+#[test]
 fn a_parameter_of_an_element_set_without_params_is_told_where_it_stands() {
     let rejected = reject_with(SCENE, &["bearing.friction=2"]);
     assert_eq!(rejected.codes(), [codes::UNKNOWN_KEY]);
-    assert!(rejected.rendered().contains("stand under `params`: `params.friction`"), "{}", rejected.rendered());
+    assert!(
+        rejected
+            .rendered()
+            .contains("stand under `params`: `params.friction`"),
+        "{}",
+        rejected.rendered()
+    );
 }
 
 #[test]
