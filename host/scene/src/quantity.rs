@@ -16,7 +16,8 @@ pub struct Quantity {
     /// True for a number to which no unit has contributed, so that it may still be given one: `0.5`, `pi/2`,
     /// but not `2 mm / 1 mm`.
     pub plain: bool,
-    /// True if it was written in `Hz`: cycles per time, which an angular velocity must not take for radians.
+    /// True if it was written in `Hz`: cycles per time, which an angular velocity must not take for radians; also of such a
+    /// quantity times another one, `1 Hz * t`. A plain number beside it may be the `2 pi` of a cycle.
     pub cycles: bool,
 }
 
@@ -146,8 +147,14 @@ pub(super) fn apply(
         (Operation::Negate, [a]) => Ok(Quantity { si: -a.si, ..*a }),
         (Operation::Add, [a, b]) => calculation.like("add", *a, *b, a.si + b.si),
         (Operation::Subtract, [a, b]) => calculation.like("subtract", *a, *b, a.si - b.si),
-        (Operation::Multiply, [a, b]) => calculation.scaled(*a, *b, a.si * b.si, a.dimension.times(b.dimension)),
-        (Operation::Divide, [a, b]) => calculation.scaled(*a, *b, a.si / b.si, a.dimension.over(b.dimension)),
+        (Operation::Multiply, [a, b]) => {
+            let product = calculation.scaled(*a, *b, a.si * b.si, a.dimension.times(b.dimension))?;
+            Ok(Quantity { cycles: a.cycles && !b.plain || b.cycles && !a.plain, ..product })
+        }
+        (Operation::Divide, [a, b]) => {
+            let quotient = calculation.scaled(*a, *b, a.si / b.si, a.dimension.over(b.dimension))?;
+            Ok(Quantity { cycles: a.cycles && !b.plain && !b.cycles, ..quotient })
+        }
         (Operation::Power, [a, b]) => calculation.power(*a, *b),
         (Operation::Call(function, _), arguments) => calculation.call(*function, arguments),
         _ => unreachable!("names are looked up by the caller, and the operands are those of the operation"),
@@ -260,7 +267,18 @@ impl Calculation<'_> {
     /// The argument of a trigonometric function, rad.
     fn angle(&self, a: Quantity) -> Result<f64, ExpressionError> {
         if !a.dimension.is_number() || !matches!(a.dimension.angle, 0 | 1) {
-            return Err(self.mixed(format!("expected an angle, found {}", a.dimension)));
+            let error = self.mixed(format!("expected an angle, found {}", a.dimension));
+            // Of a time, an angular velocity is missing: `sin(360 t)`.
+            let rate = Dimension::ANGLE.over(a.dimension).filter(|_| a.dimension.exponents().iter().all(|e| *e >= 0));
+            let Some(rate) = rate else { return Err(error) };
+            let label = self.units.label(rate);
+            return Err(error.advise(format!("give the number in front of it a unit: `360 {label}` for `360`")));
+        }
+        if a.cycles && a.dimension.angle == 0 {
+            let message = "`Hz` counts cycles, but an angle is expected";
+            return Err(ExpressionError::new(codes::NEEDS_UNIT, self.range.clone(), message).advise(
+                "write `2 pi` in front: `sin(2 pi * 50 Hz * t)`; or `turn/s` for cycles, `rad/s` for radians",
+            ));
         }
         if a.plain {
             self.plain_angle()?;

@@ -227,8 +227,11 @@ impl<'a> Parser<'a> {
     fn call(&mut self, name: &str, range: Range<usize>) -> Result<(), ExpressionError> {
         let Some((_, function, counts)) = FUNCTIONS.iter().find(|(known, ..)| *known == name) else {
             let names = FUNCTIONS.map(|(known, ..)| known);
+            // `sind`: the function near to it takes radians.
+            let of_degrees = name.strip_suffix('d').filter(|stem| ["sin", "cos", "tan"].contains(stem));
+            let help = of_degrees.map(|stem| format!("degrees have a unit: `{stem}(30 deg)`, `{stem}(360 deg/s * t)`; of a plain number, `{stem}(x * pi / 180)`"));
             return Err(ExpressionError {
-                help: help_for(name, &names, "functions"),
+                help: help.or_else(|| help_for(name, &names, "functions")),
                 ..ExpressionError::new(codes::EXPRESSION_SYNTAX, range, format!("unknown function `{name}`"))
             });
         };

@@ -194,6 +194,30 @@ fn wrong_functions_are_refused() {
 }
 
 #[test]
+fn arguments_of_sines_are_angles() {
+    let wrong = |text: &str| error("angle = \"deg\"\nlength = \"mm\"", text, Dimension::TIME, Dimension::ANGLE);
+    // Cycles are not radians, whatever they are multiplied by, but `2 pi` makes radians of them.
+    for text in ["1 deg * sin(1 Hz t)", "1 deg * sin(t * 1 Hz)", "1 deg * cos(2 s * 1 Hz + 0.5 Hz * t)"] {
+        let refused = wrong(text);
+        assert_eq!(refused.code, codes::NEEDS_UNIT, "{text}");
+        assert!(refused.message.contains("cycles") && refused.help[0].contains("`2 pi`"), "{refused:?}");
+    }
+    let quarter = |text: &str| at("", text, Dimension::TIME, Dimension::DIMENSIONLESS, 0.25);
+    for text in ["sin(2 pi * 1 Hz * t)", "sin(1 Hz * t * 2 pi)", "sin(1 turn * 1 Hz * t)", "sin(1 turn/s * t)"] {
+        assert!(near(quarter(text), 1.0), "{text}");
+    }
+    assert!(near(quarter("4 Hz * t"), 1.0), "a number of cycles");
+    assert!(near(quarter("sin(2 Hz / 1 Hz * t/1 s)"), 0.5_f64.sin()), "a ratio");
+    let refused = wrong("30 deg * sin(360 * t)");
+    assert_eq!(refused.message, "expected an angle, found a time");
+    assert_eq!(refused.help, ["give the number in front of it a unit: `360 deg/s` for `360`"]);
+    for function in ["sin", "cos", "tan"] {
+        let refused = wrong(&format!("30 * {function}d(360 * t)"));
+        assert!(refused.help[0].contains(&format!("`{function}(360 deg/s * t)`")), "{refused:?}");
+    }
+}
+
+#[test]
 fn plain_angles_that_are_not_radians_are_refused_where_they_could_be_either() {
     let (angle, force) = (Dimension::ANGLE, Dimension::FORCE);
     for (text, argument, value) in
