@@ -454,6 +454,8 @@ fn advice(symbol: &str) -> Option<String> {
         ("gram", "g"),
         ("grams", "g"),
         ("kilogram", "kg"),
+        ("kilograms", "kg"),
+        ("kilo", "kg"),
         ("kgs", "kg"),
         ("tonne", "t"),
         ("ton", "t"),
@@ -476,7 +478,17 @@ fn advice(symbol: &str) -> Option<String> {
     if matches!(lower.as_str(), "lb" | "lbs") {
         return Some("write `lbm` for a mass, `lbf` for a force".to_owned());
     }
-    if let Some((_, meant)) = OTHER_WORDS.iter().find(|(word, _)| *word == lower) {
+    if matches!(lower.as_str(), "slug" | "slugs") {
+        return Some("write it with others: a slug is `1 lbf s^2/ft`, 14.5939 kg".to_owned());
+    }
+    const SPELLED: [(&str, &str); 7] =
+        [("milli", "m"), ("centi", "c"), ("kilo", "k"), ("micro", "u"), ("nano", "n"), ("mega", "M"), ("giga", "G")];
+    let meant = |spelled: &str| OTHER_WORDS.iter().find(|(word, _)| *word == spelled).map(|(_, meant)| *meant);
+    let prefixed = || {
+        let prefixed = |(word, prefix): &(&str, &str)| Some(format!("{prefix}{}", meant(lower.strip_prefix(word)?)?));
+        SPELLED.iter().find_map(prefixed).filter(|symbol| is_unit(symbol))
+    };
+    if let Some(meant) = meant(&lower).map(str::to_owned).or_else(prefixed) {
         return Some(format!("did you mean `{meant}`?"));
     }
     // `Nm`, `kNmm`: two symbols without the blank.

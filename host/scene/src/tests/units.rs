@@ -261,3 +261,21 @@ fn heads_of_columns_have_units_in_brackets() {
         assert_eq!(name_and_unit(text), parts, "{text}");
     }
 }
+
+#[test]
+fn units_that_are_spelled_out_are_recognised() {
+    for (word, symbol) in [
+        ("millimeter", "mm"),
+        ("Millimetres", "mm"),
+        ("milliseconds", "ms"),
+        ("kilonewton", "kN"),
+        ("megapascal", "MPa"),
+    ] {
+        let help = parse_unit(word).unwrap_err().help;
+        assert_eq!(help, Some(format!("did you mean `{symbol}`?")), "{word}");
+    }
+    assert!(parse_unit("slug").unwrap_err().help.unwrap().contains("`1 lbf s^2/ft`"));
+    let (dimension, kilograms) = parse_unit("lbf s^2/ft").unwrap();
+    assert_eq!(dimension, Dimension::MASS);
+    assert!((kilograms - 14.5939).abs() < 1e-4);
+}
