@@ -380,6 +380,8 @@ table! {
         "No joint and no force element is attached to this body, while others are connected: it falls by itself. Most often a joint is missing, is disabled, or names another body. Attach the body, take it away, or leave it if it is to fall.";
     NOTHING_MOVED = "ODY0876", Audit, "nothing moved",
         "The run reached its end, and in all its time no body moved, though the joints leave freedoms: no load acts along them. Most often gravity is missing, or at right angles to what may move; an axis is not the one that was meant (without `axis` it is z of the ground); a drive has no law; or the scene begins in an equilibrium, as a pendulum that stands on its head. The results are what the scene says. It changes neither status nor exit code.";
+    UNUSED_PARAMETER = "ODY0877", Scene, "parameter that nothing uses",
+        "Parameters are named quantities, which act where an expression has their name: `\"crank.radius\"`, `\"2 * crank.radius\"`. No text of the scene has this one's, so that changing it, or a study over it, changes nothing. Most often a number stands where the name was meant, or the name is written otherwise. Write it where it is meant, or take it away.";
     CURVE_PASSED = "ODY0883", Audit, "end of a joint's curve passed",
         "The curve of a joint is held beyond its first and last point. Where it arrives there with a slope it has a kink, at which the velocity of the body that follows it is turned at once, without the impact that this would be: from then on the motion is not that of the scene. Give points beyond the motion, or let the curve end level: two equal values.";
 }

@@ -297,6 +297,7 @@ impl Document {
         let (Some(simulation), false) = (parts.simulation, parts.diagnostics.iter().any(Diagnostic::is_error)) else {
             return Err(Box::new(Rejected { source, diagnostics: parts.diagnostics }));
         };
+        parameters::warn_of_unused(&root, &parts.parameters, &mut parts.diagnostics);
         let scene = Scene {
             source,
             files,

@@ -113,6 +113,36 @@ pub(super) fn read(
     resolve(&all, units, source, diagnostics)
 }
 
+/// Warns of parameters whose names stand in no text of the scene, those of other parameters among them.
+pub(super) fn warn_of_unused(root: &RawTable, parameters: &Parameters, diagnostics: &mut Vec<Diagnostic>) {
+    let mut words = HashSet::new();
+    collect_words(root, &mut words);
+    for parameter in parameters.iter().filter(|parameter| !words.contains(parameter.name.as_str())) {
+        let name = &parameter.name;
+        diagnostics.push(
+            Diagnostic::warning(codes::UNUSED_PARAMETER, format!("nothing uses the parameter `{name}`"))
+                .at(parameter.span.clone(), "changing it changes nothing")
+                .help(format!("write `\"{name}\"` where it is meant, or take it away")),
+        );
+    }
+}
+
+/// Everything in the texts of a table that could be the name of a parameter.
+fn collect_words<'t>(table: &'t RawTable, words: &mut HashSet<&'t str>) {
+    let mut open: Vec<&RawValue> = table.entries.iter().map(|(_, value)| value).collect();
+    while let Some(value) = open.pop() {
+        match &value.kind {
+            RawKind::Text(text) => {
+                let parts = text.split(|c: char| !(c.is_alphanumeric() || matches!(c, '_' | '.')));
+                words.extend(parts.map(|word| word.trim_matches('.')));
+            }
+            RawKind::Array(items) => open.extend(items),
+            RawKind::Table(inner) => open.extend(inner.entries.iter().map(|(_, value)| value)),
+            _ => {}
+        }
+    }
+}
+
 /// Collects the leaves of nested tables under their dotted names.
 ///
 /// Recursion is as deep as the nesting, which [`super::raw`] has limited.

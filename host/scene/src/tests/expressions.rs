@@ -277,3 +277,16 @@ fn names_of_parameters_must_fit_expressions() {
         assert_eq!(rejected.culprit(), culprit, "{line}");
     }
 }
+
+#[test]
+fn parameters_that_nothing_uses_are_reported() {
+    let text = "[parameters]\nn = 3\nrod = { length = 2, radius = 1, area = \"2 * rod.radius\" }\n\
+                [simulation]\nt_end = \"n + rod.area\"\noutput_step = 1\n";
+    let (scene, warnings) = parse(Source::new("test.toml", text), &[]).unwrap_or_else(|_| panic!());
+    let [warning] = &warnings[..] else { panic!("{warnings:?}") };
+    assert_eq!(
+        (warning.code, warning.message.as_str()),
+        (codes::UNUSED_PARAMETER, "nothing uses the parameter `rod.length`")
+    );
+    assert_eq!(scene.source.slice(warning.span().unwrap()), Some("2"));
+}
