@@ -286,7 +286,7 @@ impl Subject<'_> {
                 time.number(first),
                 time.value(last),
             );
-            return Some(Diagnostic::warning(codes::LEFT_GRID, message).at(self.place(curve), "").help(
+            return Some(Diagnostic::warning(codes::CURVE_BESIDE_RUN, message).at(self.place(curve), "").help(
                 "where its times are in another unit, name that: in the head of the column, `t [ms]`, or with `units` beside `file`",
             ));
         }
@@ -305,7 +305,7 @@ impl Subject<'_> {
             time.value(simulation.t_end),
             value.value(at_last),
         );
-        Some(Diagnostic::warning(codes::LEFT_GRID, message).at(self.place(curve), "").help(
+        Some(Diagnostic::warning(codes::CURVE_BESIDE_RUN, message).at(self.place(curve), "").help(
             "give points for the whole run, or end it sooner; two equal values at the end say that it is to be held",
         ))
     }

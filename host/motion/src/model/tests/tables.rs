@@ -158,7 +158,7 @@ fn curves_with_the_same_points_may_be_joined_in_different_ways() {
 /// The run ends at 1 s.
 #[test]
 fn curves_over_time_that_do_not_cover_the_run_are_reported() {
-    let left = (Severity::Warning, codes::LEFT_GRID);
+    let left = (Severity::Warning, codes::CURVE_BESIDE_RUN);
     let found = said("force", "pull", "of_time = [[0, 0], [0.1, 10], [0.2, 20], [0.3, 25]]");
     assert_eq!(found.iter().map(|(severity, code, _)| (*severity, *code)).collect::<Vec<_>>(), [left]);
     assert_eq!(
@@ -179,6 +179,9 @@ fn curves_over_time_that_do_not_cover_the_run_are_reported() {
     for (kind, type_name, param) in [("force", "pull", "of_time"), ("joint", "lead", "way")] {
         let found = said(kind, type_name, &format!("{param} = [[0, 0], [250, 1], [500, 2], [1000, 4]]"));
         let of_unit = format!("`e`: the run is 0.1 % of the curve of `{param}`, which goes from t = 0 to 1000 s");
-        assert!(found.iter().any(|(_, code, message)| *code == codes::LEFT_GRID && *message == of_unit), "{found:?}");
+        assert!(
+            found.iter().any(|(_, code, message)| *code == codes::CURVE_BESIDE_RUN && *message == of_unit),
+            "{found:?}"
+        );
     }
 }
