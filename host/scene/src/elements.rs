@@ -110,7 +110,10 @@ fn check_keys(kind: ElementKind, record: &Record<'_>, reader: &mut Reader<'_>) {
     let (parameters, entries): (Vec<_>, Vec<_>) = entries.into_iter().partition(|(key, _)| is_like_none(&key.value));
     for (Spanned { value: key, span }, _) in parameters {
         let message = format!("unknown key `{key}` in {}", record.what);
-        let help = format!("parameters of an element stand under `params`: `params.{key}`");
+        let of_type = record.table.get("type").and_then(RawValue::as_text).unwrap_or("TYPE");
+        let help = format!(
+            "if it is a parameter, it stands under `params`: `params.{key}`; `odyn elements describe {of_type}` lists them"
+        );
         let keys = help_for(&key, &known, "keys");
         reader.diagnostics.push(Diagnostic::error(codes::UNKNOWN_KEY, message).at(span, "").help(help).help_if(keys));
     }

@@ -91,7 +91,12 @@ fn entries(table: &RawTable, source: &mut Source) -> Found<Entries> {
         return Err(Box::new(Diagnostic::error(codes::WRONG_TYPE, message).at(place.span.clone(), "")));
     };
     let text = read(name, source).map_err(|problem| {
-        Box::new(wrong(problem, place.span.clone()).help("a path is relative to the folder of the scene"))
+        let from = if problem.contains("UTF-16") { "utf16" } else { "latin1" };
+        let help = match problem.contains("UTF-8") {
+            true => format!("save it as UTF-8 (`iconv -f {from} -t utf8`, or the encoding that your editor shows)"),
+            false => "a path is relative to the folder of the scene".into(),
+        };
+        Box::new(wrong(problem, place.span.clone()).help(help))
     })?;
     let start = source.add(name, text.as_str());
     let mut lines = fields(&text, start);
@@ -344,5 +349,8 @@ fn read(name: &str, source: &Source) -> Result<String, String> {
     if bytes.len() as u64 > LONGEST {
         return Err(format!("`{shown}` is longer than {} MB", LONGEST >> 20));
     }
-    String::from_utf8(bytes).map_err(|_| format!("`{shown}` is not UTF-8 text"))
+    String::from_utf8(bytes).map_err(|error| match error.as_bytes() {
+        [0xff, 0xfe, ..] | [0xfe, 0xff, ..] => format!("`{shown}` is UTF-16, not UTF-8 text"),
+        _ => format!("`{shown}` is not UTF-8 text"),
+    })
 }

@@ -336,7 +336,9 @@ struct Parts {
 }
 
 fn read_parts(root: &RawTable, source: &Source, mut diagnostics: Vec<Diagnostic>) -> Parts {
+    let before = diagnostics.len();
     let units = settings::read_units(root, source, &mut diagnostics);
+    let are_wrong = diagnostics[before..].iter().any(Diagnostic::is_error);
     let parameters = match root.get("parameters").map(|raw| (raw, raw.as_table())) {
         None => Parameters::default(),
         Some((_, Some(table))) => parameters::read(table, &units, source, &mut diagnostics),
@@ -366,6 +368,8 @@ fn read_parts(root: &RawTable, source: &Source, mut diagnostics: Vec<Diagnostic>
     let checks = verification::read_checks(root, &outputs, &mut reader);
     let verification = verification::read_verification(root, &mut reader);
     let mut diagnostics = reader.diagnostics;
+    // Numbers are not those of another unit where the unit that they are in is not known.
+    diagnostics.retain(|diagnostic| !(are_wrong && diagnostic.code == codes::OTHER_UNIT));
     // In the order of the text; what points nowhere comes first.
     diagnostics.sort_by_key(|diagnostic| diagnostic.span().map(|span| span.start));
     Parts {

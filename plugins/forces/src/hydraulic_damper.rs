@@ -15,6 +15,9 @@
 //! Orifices alone (r_1 = r_2 = 0) share the flow in one proportion at any pressure: the second passage's condition is then
 //! sqrt(k_1) q_1 - sqrt(k_2) q_2 = 0, which determines both flows where they are zero, too.
 //!
+//! Each passage needs a resistance. A damper with one passage, r and k, has two equal ones that do the same together: r_1 = r_2 = 2 r,
+//! k_1 = k_2 = 4 k.
+//!
 //! The force on body `j` is -A p e, its opposite acts on body `i`; A p v turns into heat.
 //!
 //! ## Signs
@@ -112,7 +115,8 @@ impl Element for HydraulicDamper {
             if laminar + turbulent == 0.0 {
                 return Err(ParamError::new(
                     name,
-                    "a passage without any resistance: give it a laminar or a turbulent one",
+                    "a passage without any resistance: give it a laminar or a turbulent one; a single passage is written as two equal ones, \
+                     each with twice its laminar and four times its turbulent resistance",
                 ));
             }
         }

@@ -214,3 +214,13 @@ fn another_file_makes_another_source() {
     assert_ne!(source("a,b\n1,2\n2,3\n"), source("a,b\n1,2\n2,4\n"));
     assert_eq!(source("a,b\n1,2\n2,3\n"), source("a,b\n1,2\n2,3\n"));
 }
+
+#[test]
+fn a_file_in_utf_16_is_no_matter_of_paths() {
+    let folder = Folder::new("utf16");
+    let bytes: Vec<u8> = [0xff, 0xfe].into_iter().chain("t,a\n0,1\n".bytes().flat_map(|byte| [byte, 0])).collect();
+    std::fs::write(folder.0.join("wide.csv"), bytes).unwrap();
+    let rejected = folder.scene("{ file = \"wide.csv\" }").unwrap_err().rendered();
+    assert!(rejected.contains("is UTF-16, not UTF-8 text") && rejected.contains("iconv -f utf16"), "{rejected}");
+    assert!(!rejected.contains("a path is relative"), "{rejected}");
+}

@@ -155,7 +155,7 @@ fn a_parameter_of_an_element_set_without_params_is_told_where_it_stands() {
     assert!(
         rejected
             .rendered()
-            .contains("stand under `params`: `params.friction`"),
+            .contains("it stands under `params`: `params.friction`; `odyn elements describe revolute` lists them"),
         "{}",
         rejected.rendered()
     );

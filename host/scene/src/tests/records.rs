@@ -465,3 +465,9 @@ fn a_file_that_is_not_there_is_looked_for_beside() {
     assert!(help(&folder.join("latin.toml")).contains("UTF-8"));
     std::fs::remove_dir_all(&folder).unwrap();
 }
+
+#[test]
+fn an_unknown_unit_brings_no_warning_of_other_units() {
+    let text = "[units]\nlength = \"millimeter\"\n[simulation]\ngravity = [0, 0, -9810]\nt_end = 1\noutput_step = 1\n";
+    assert_eq!(reject(text).codes(), [codes::UNKNOWN_UNIT]);
+}
