@@ -180,10 +180,20 @@ fn check(record: &BodyRecord, scene: &Scene, found: &mut Vec<Diagnostic>) {
     let negative = least < -ROUND_OFF * largest || least.is_nan();
     if negative || largest <= 0.0 {
         let what = if negative { "has a negative principal moment" } else { "has no principal moment above zero" };
+        let [xx, yy, zz, ..] = inertia.value;
+        let by_products = negative && [xx, yy, zz].iter().all(|moment| *moment >= 0.0);
+        let help = if by_products {
+            "products of inertia are too large beside the moments: they are in one unit, in the order xx, yy, zz, xy, yz, zx"
+        } else {
+            "a body without extent is declared with `particle = true` and needs no inertia; a thin rod has one moment 0"
+        };
         found.push(
-            Diagnostic::error(codes::BAD_INERTIA, format!("no principal moment of inertia of `{name}` may be negative, nor all zero"))
-                .at(inertia.span.clone(), what)
-                .help("a body without extent is declared with `particle = true` and needs no inertia; a thin rod has one moment 0"),
+            Diagnostic::error(
+                codes::BAD_INERTIA,
+                format!("no principal moment of inertia of `{name}` may be negative, nor all zero"),
+            )
+            .at(inertia.span.clone(), what)
+            .help(help),
         );
     } else if largest > (sum - largest) * (1.0 + ROUNDED) {
         let moment = |value: f64| in_digits(scene.units.from_si(value, Dimension::INERTIA));

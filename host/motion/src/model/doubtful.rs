@@ -11,6 +11,9 @@ use crate::scene::{Dimension, Scene};
 /// axis may all be next to the origin.
 const MOST_SIZES: f64 = 30.0;
 const MOST_RADIUS: f64 = 10.0;
+/// A radius of gyration below this share of the size of the scene is that of another unit, if it is more than `FITTING` of that size in SI.
+const LEAST_SIZES: f64 = 2e-3;
+const FITTING: f64 = 0.2;
 /// Share of positions that is round-off.
 const ROUND_OFF: f64 = 1e-9;
 
@@ -18,7 +21,7 @@ const ROUND_OFF: f64 = 1e-9;
 pub(super) fn warn(scene: &Scene, bodies: &[Body], instances: &[Instance], found: &mut Vec<Diagnostic>) {
     found.extend(weightless(scene, instances));
     found.extend(loose(scene, bodies, instances));
-    found.extend(large_inertias(scene, bodies, instances));
+    found.extend(foreign_inertias(scene, bodies, instances));
     found.extend(beside_particles(scene, bodies, instances));
 }
 
@@ -94,8 +97,8 @@ fn loose(scene: &Scene, bodies: &[Body], instances: &[Instance]) -> Vec<Diagnost
     bodies.iter().zip(&held).filter(|(_, held)| !**held).filter_map(warning).collect()
 }
 
-/// Moments of inertia that fit no body of the scene's size.
-fn large_inertias(scene: &Scene, bodies: &[Body], instances: &[Instance]) -> Vec<Diagnostic> {
+/// Moments of inertia that fit no body of the scene's size, or that fit one in kg m^2 only.
+fn foreign_inertias(scene: &Scene, bodies: &[Body], instances: &[Instance]) -> Vec<Diagnostic> {
     let markers = instances.iter().flat_map(|instance| &instance.markers);
     let on_bodies = markers.map(|marker| match marker.body {
         Some(body) => (marker.position - bodies[body].center_of_mass).norm(),
@@ -104,11 +107,18 @@ fn large_inertias(scene: &Scene, bodies: &[Body], instances: &[Instance]) -> Vec
     let size = bodies.iter().map(|body| body.position.norm()).chain(on_bodies).fold(0.0, f64::max);
     let warning = |body: &Body| {
         let radius = (body.inertia.diagonal().max() / body.mass).sqrt();
-        if body.particle || size == 0.0 || radius <= MOST_RADIUS.max(MOST_SIZES * size) {
+        // What the numbers are if they are meant in SI, where they are plain and the scene's units are others.
+        let otherwise = radius / scene.units.factor(Dimension::LENGTH);
+        let is_of_si = radius < LEAST_SIZES * size && (FITTING * size..size).contains(&otherwise);
+        let is_large = radius > MOST_RADIUS.max(MOST_SIZES * size);
+        if body.particle || size == 0.0 || !(is_large || is_of_si) {
             return None;
         }
         let record = scene.bodies.iter().find(|record| record.name.value == body.name)?;
         let span = record.inertia.as_ref()?.span.clone();
+        if !is_large && scene.source.slice(span.clone()).is_none_or(|written| written.contains('"')) {
+            return None;
+        }
         let message = format!("the moment of inertia of `{}` is that of a body of another size", body.name);
         let text = format!(
             "a radius of gyration of {}; no point of the scene is further than {} from the origin",

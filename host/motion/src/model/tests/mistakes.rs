@@ -207,3 +207,36 @@ fn an_input_that_nothing_takes_is_warned_of() {
     assert_eq!(messages(&text), [(codes::UNUSED_INPUT, Severity::Warning, "\"gust\"".to_string())]);
     assert_eq!(messages(&(text + "[[output]]\nname = \"g\"\nquantity = \"input\"\nof = \"gust\"\n")), []);
 }
+
+#[test]
+fn products_of_inertia_that_are_too_large_are_named() {
+    let found = resolved("[[body]]\nname = \"a\"\nmass = 1\ninertia = [1, 1, 1, 2, 0, 0]\n").err().unwrap();
+    assert!(found[0].help[0].starts_with("products of inertia are too large"), "{found:?}");
+    let found = resolved("[[body]]\nname = \"a\"\nmass = 1\ninertia = [1, 1, -0.1]\n").err().unwrap();
+    assert!(found[0].help[0].contains("thin rod"), "{found:?}");
+}
+
+#[test]
+fn inertia_in_other_units_than_those_of_the_scene_is_warned_of() {
+    let rod = |inertia: &str| {
+        format!(
+            "[units]\nlength = \"mm\"\n[[body]]\nname = \"a\"\nmass = 1\ninertia = {inertia}\nposition = [100, 0, 0]\n\
+             [[joint]]\nname = \"j\"\ntype = \"ball\"\nbodies = [\"ground\", \"a\"]\npoint = [0, 0, 0]\n"
+        )
+    };
+    let warned = |inertia: &str| {
+        let (_, notes) = resolved(&rod(inertia)).unwrap();
+        notes.iter().any(|note| note.code == codes::OTHER_UNIT)
+    };
+    // Numbers in kg m^2; a rod of 200 mm, in kg mm^2 and with its units; a lump at the end of a light rod.
+    assert!(warned("[1e-5, 3.3e-3, 3.3e-3]"));
+    for right in [
+        "[10, 3300, 3300]",
+        "[\"10 kg mm^2\", \"3.3e-3 kg m^2\", \"3.3e-3 kg m^2\"]",
+        "[1e-9, 1e-9, 1e-9]",
+        "[1, 1, 1]",
+    ] {
+        assert!(!warned(right), "{right}");
+    }
+    assert!(warned("[1e10, 1e10, 1e10]"));
+}
