@@ -19,6 +19,12 @@ use super::{Integrator, StopReason};
 /// Relative change of the state by the last iteration up to which it does for sums, too, if it is within the tolerance: their rates bend
 /// more than the others, and where one iteration solves all the rest, by a Jacobian of long ago, it does not solve these.
 const SUMS_ACCURACY: f64 = 1e-7;
+/// Sum of the squares of the weights in a second difference.
+const SQUARES: f64 = 6.0;
+/// Changes that round-off makes, measured once, within which those of an iteration are round-off.
+const ROUND_OFF: f64 = 10.0;
+/// Round-off beyond this share of the error test is not taken for a solution.
+const MOST_ROUND_OFF: f64 = 0.03;
 /// Share of a step within which it is made to end at a sample rather than beside it.
 const NEAR_SAMPLE: f64 = 0.01;
 
@@ -50,6 +56,8 @@ pub struct Radau<const S: usize> {
     f: [Vec<f64>; S],
     /// Right sides of the transformed systems, then their solutions.
     right: [Vec<f64>; S],
+    /// Last changes of the increments.
+    changes: [Vec<f64>; S],
     pair: Vec<Complex<f64>>,
     /// Derivatives of sums at the stages.
     sum_rates: [Vec<f64>; S],
@@ -107,6 +115,7 @@ impl<const S: usize> Radau<S> {
             w: vectors(),
             f: vectors(),
             right: vectors(),
+            changes: vectors(),
             pair: Vec::new(),
             sum_rates: vectors(),
             polynomial: vectors(),
@@ -145,7 +154,7 @@ impl<const S: usize> Radau<S> {
         self.matrices.jacobian.resize(n);
         self.pair.clear();
         self.pair.resize(n, Complex::new(0.0, 0.0));
-        let groups = [&mut self.z, &mut self.w, &mut self.f, &mut self.right, &mut self.polynomial];
+        let groups = [&mut self.z, &mut self.w, &mut self.f, &mut self.right, &mut self.changes, &mut self.polynomial];
         let single = [&mut self.start, &mut self.y_new, &mut self.argument, &mut self.error];
         for work in groups.into_iter().flatten().chain(single) {
             work.clear();
@@ -170,6 +179,7 @@ impl<const S: usize> Radau<S> {
             return Ok(());
         }
         let known = run.matrices;
+        self.control.round_off = None;
         let regular = self.matrices.factor(run, h);
         if run.matrices != known {
             self.control.keep_by_work(run.system.price(), run.matrices);
@@ -197,7 +207,7 @@ impl<const S: usize> Radau<S> {
         self.guess(h);
         self.control.expect_convergence(h);
         self.control.theta = self.control.keep_jacobian;
-        let (mut last, mut last_rate, mut stays) = (0.0, 0.0, false);
+        let (mut last, mut last_rate, mut best_rate) = (0.0, 0.0, f64::INFINITY);
         for iteration in 1..=self.control.most_iterations {
             run.counters.newton_iterations += 1;
             self.evaluate(run, y, t_new)?;
@@ -207,16 +217,17 @@ impl<const S: usize> Radau<S> {
                 self.control.theta = 1.0;
                 return Err(Trouble::Retry(StopReason::NotFinite { step: h }).into());
             }
+            // Whether it stays within what is enough, and by how much shorter a step would serve where it does not come there.
+            let (mut stays, mut slow) = (false, None);
             if iteration > 1 {
                 let rate: f64 = change / last;
+                best_rate = rate.min(best_rate);
                 self.control.theta = if iteration == 2 { rate } else { (rate * last_rate).sqrt() };
                 last_rate = rate;
                 if self.control.theta >= 0.99 {
                     // Round-off comes and goes.
                     stays = change.max(last) <= self.control.enough;
-                    if !stays {
-                        return Err(self.control.slow(0.5));
-                    }
+                    slow = (!stays).then_some(0.5);
                 } else {
                     self.control.convergence = self.control.theta / (1.0 - self.control.theta);
                     let left = self.control.most_iterations.saturating_sub(1 + iteration) as i32;
@@ -224,14 +235,28 @@ impl<const S: usize> Radau<S> {
                     let within_reach = reached * self.control.theta.powi(left);
                     if within_reach >= self.control.enough && reached > self.control.enough {
                         let expected = within_reach / self.control.enough;
-                        let share = 0.8 * expected.clamp(1e-4, 20.0).powf(-1.0 / f64::from(4 + left));
-                        return Err(self.control.slow(share));
+                        slow = Some(0.8 * expected.clamp(1e-4, 20.0).powf(-1.0 / f64::from(4 + left)));
                     }
                     stays = within_reach >= self.control.newton && reached <= self.control.enough;
                 }
             }
             last = change.max(f64::MIN_POSITIVE);
-            if stays || self.control.convergence * change <= self.control.newton {
+            let mut found = slow.is_none() && (stays || self.control.convergence * change <= self.control.newton);
+            if !found
+                && self.is_round_off(
+                    run,
+                    y,
+                    t_new,
+                    (change, slow.is_some() || iteration == self.control.most_iterations),
+                )?
+            {
+                // What rates are among round-off tells nothing of the Jacobian.
+                found = true;
+                self.control.theta = if best_rate < 1.0 { best_rate } else { self.control.keep_jacobian };
+            } else if let Some(share) = slow {
+                return Err(self.control.slow(share));
+            }
+            if found {
                 self.control.iterations = iteration;
                 let tolerance = run.system.tolerance().unwrap_or(1.0);
                 let changed = change * self.control.test * tolerance;
@@ -282,28 +307,73 @@ impl<const S: usize> Radau<S> {
         transform(t_inverse, &self.f, &mut self.right);
         let gamma = gamma / h;
         self.right[0].iter_mut().zip(&self.w[0]).for_each(|(right, w)| *right -= gamma * w);
-        let Matrices { jacobian, real, complex, .. } = &mut self.matrices;
-        run.matrix_work += run.matrices.map_or(0.0, |work| work.solution);
-        real.solve(&mut self.right[0], &jacobian.fill);
-        for ((number, (alpha, beta)), lu) in pairs.iter().enumerate().zip(complex) {
+        for (number, (alpha, beta)) in pairs.iter().enumerate() {
             let (alpha, beta, at) = (alpha / h, beta / h, 1 + 2 * number);
-            let [right, w] = [&self.right, &self.w].map(|of| of[at].iter().zip(&of[at + 1]));
-            for ((pair, (re, im)), (w_re, w_im)) in self.pair.iter_mut().zip(right).zip(w) {
-                *pair = Complex::new(re - alpha * w_re + beta * w_im, im - alpha * w_im - beta * w_re);
-            }
-            lu.solve(&mut self.pair, &jacobian.fill);
             let [re, im] = &mut self.right[at..=at + 1] else { continue };
-            for ((pair, re), im) in self.pair.iter().zip(re).zip(im) {
-                (*re, *im) = (pair.re, pair.im);
+            for ((re, im), (w_re, w_im)) in re.iter_mut().zip(im).zip(self.w[at].iter().zip(&self.w[at + 1])) {
+                *re = *re - alpha * w_re + beta * w_im;
+                *im = *im - alpha * w_im - beta * w_re;
             }
         }
+        let size = self.solve(run, y);
         for (w, change) in self.w.iter_mut().zip(&self.right) {
             w.iter_mut().zip(change).for_each(|(w, change)| *w += change);
         }
         transform(t, &self.w, &mut self.z);
-        // Mean square over the transformed corrections, each in the system's norm.
+        size
+    }
+
+    /// The transformed systems for their right sides. Gives the mean square of the solutions, each in the system's norm.
+    fn solve(&mut self, run: &mut Run<'_>, y: &[f64]) -> f64 {
+        let Matrices { jacobian, real, complex, .. } = &mut self.matrices;
+        run.matrix_work += run.matrices.map_or(0.0, |work| work.solution);
+        real.solve(&mut self.right[0], &jacobian.fill);
+        for (number, lu) in complex.iter_mut().enumerate() {
+            let [re, im] = &mut self.right[1 + 2 * number..=2 + 2 * number] else { continue };
+            for (pair, (re, im)) in self.pair.iter_mut().zip(re.iter().zip(im.iter())) {
+                *pair = Complex::new(*re, *im);
+            }
+            lu.solve(&mut self.pair, &jacobian.fill);
+            for ((pair, re), im) in self.pair.iter().zip(re).zip(im) {
+                (*re, *im) = (pair.re, pair.im);
+            }
+        }
         let squares: f64 = self.right.iter().map(|change| run.system.error_norm(y, y, change).powi(2)).sum();
         (squares / S as f64).sqrt()
+    }
+
+    /// Whether a change is no more than round-off of the rates makes, with the factors in force. That is measured where the iterations
+    /// would be given up (`measure`).
+    fn is_round_off(
+        &mut self,
+        run: &mut Run<'_>,
+        y: &[f64],
+        t_new: f64,
+        (change, measure): (f64, bool),
+    ) -> Result<bool, Trouble> {
+        if measure && change <= MOST_ROUND_OFF && self.control.round_off.is_none() {
+            let size = self.round_off(run, y, t_new)? / self.control.test;
+            self.control.round_off = Some(if size.is_finite() { size } else { 0.0 });
+        }
+        Ok(self.control.round_off.is_some_and(|size| change <= (ROUND_OFF * size).min(MOST_ROUND_OFF)))
+    }
+
+    /// What round-off of the rates changes in an iteration: by second differences of the rates at the stages, along the last change.
+    fn round_off(&mut self, run: &mut Run<'_>, y: &[f64], t_new: f64) -> Result<f64, Trouble> {
+        let (t, h) = (run.t, t_new - run.t);
+        transform(&self.tableau.t, &self.right, &mut self.changes);
+        for (i, c) in self.tableau.c.iter().enumerate() {
+            let time = (t + c * h).min(t_new);
+            for (factor, share) in [(-2.0, 0.0), (1.0, 1.0)] {
+                for (k, argument) in self.argument.iter_mut().enumerate() {
+                    *argument = y[k] + (self.z[i][k] + share * self.changes[i][k]);
+                }
+                run.rhs(time, &self.argument, &mut self.error, h)?;
+                self.f[i].iter_mut().zip(&self.error).for_each(|(difference, rate)| *difference += factor * rate);
+            }
+        }
+        transform(&self.tableau.t_inverse, &self.f, &mut self.right);
+        Ok(self.solve(run, y) / SQUARES.sqrt())
     }
 
     /// Error of the step, 1 = what the test allows: `(gamma/h - J)^-1 (f(t, y) + sum e_i z_i / h)`, once more through the

@@ -72,6 +72,8 @@ pub(super) struct Control {
     /// round-off or slowly.
     pub(super) newton: f64,
     pub(super) enough: f64,
+    /// What round-off of the state changes in an iteration with the factors in force, as a share of the error test, where that was measured.
+    pub(super) round_off: Option<f64>,
     pub(super) most_iterations: usize,
 }
 
@@ -107,6 +109,7 @@ impl Control {
             last_estimate: None,
             rejected: false,
             test: tolerance.map_or(1.0, |tol| (relative / tol).max(1.0)),
+            round_off: None,
             most_iterations: most_iterations(stages),
             newton: least.max(left * relative.powf(1.0 / power - 1.0).min(0.03)),
             enough: least.max(relative.sqrt().min(0.03)),

@@ -387,3 +387,29 @@ fn auto_continues_where_no_step_that_advances_the_time_is_stable() {
     let Status::StoppedEarly { t, .. } = outcome.status else { panic!("{:?}", outcome.status) };
     assert!((t - 1.0).abs() < 1e-3, "{t}");
 }
+
+/// A stiff spring 1e3 m from the origin, whose end moves like sin t, as its mass does: places are known to 1e-13 m, the force to 1e-3 N, and
+/// with a damping of 1e4 N s/m the speed to 1e-7 m/s.
+fn far_spring(t: f64, y: &[f64], dy: &mut [f64]) {
+    let stretch = (1e3 + y[0]) - (1e3 + t.sin());
+    dy[0] = y[1];
+    dy[1] = -1e10 * stretch - 1e4 * (y[1] - t.cos()) - t.sin();
+}
+
+#[test]
+fn iterations_end_at_round_off_of_stiff_forces() {
+    for (name, most) in [("radau5", 3000), ("radau9", 400)] {
+        let mut probe = Probe::new(far_spring, 2, 1e-11);
+        probe.jacobian = Some(|_, _, matrix| matrix.copy_from_slice(&[0.0, -1e10, 1.0, -1e4]));
+        let mut y = [0.0, 1.0];
+        let mut method = by_name(name).unwrap();
+        let outcome = run(method.as_mut(), &mut probe, &mut y, 10.0, &[], &Options::default());
+        assert!(matches!(outcome.status, Status::Completed), "{name}: {:?}", outcome.status);
+        let error = distance(&y, &[10.0_f64.sin(), 10.0_f64.cos()]);
+        let counters = outcome.counters;
+        assert!(
+            error < 2e-7 && counters.steps < most && 4 * counters.rejected < counters.steps,
+            "{name} {error:e} {counters:?}"
+        );
+    }
+}
