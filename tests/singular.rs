@@ -200,3 +200,95 @@ fn gimbals_through_their_lock() {
     let x = column(&report, "x");
     assert!(x.iter().any(|x| *x < 0.0), "the axis of the rotor passed that of the outer ring");
 }
+
+/// The end of a column in both formulations at the tolerance that is preset.
+#[track_caller]
+fn ends_at(what: &str, text: &str, name: &str, known: f64, bound: f64) {
+    let folder = Scratch::new();
+    let path = folder.file("scene.toml", text);
+    for formulation in FORMULATIONS {
+        let report = finished(&path, formulation, 1e-10);
+        let end = *column(&report, name).last().unwrap();
+        assert!((end - known).abs() < bound, "{what}, {formulation}: {end}, not {known}");
+    }
+}
+
+/// A parallelogram whose coupler is too long or too short by 1e-8 to 1e-3 turns into its mirrored form with a whip of the rocker, the
+/// faster the less: known from the equations in three angles (Dormand & Prince's method of order 8, 1e-11).
+#[test]
+fn a_parallelogram_that_is_none_by_a_little() {
+    let bar = |name: &str, at: [f64; 2], spin: &str| {
+        let inertia = if name == "coupler" { "[0.001, 0.08, 0.08]" } else { "[0.08, 0.08, 0.001]" };
+        format!(
+            "[[body]]\nname = \"{name}\"\nmass = 1\ninertia = {inertia}\nposition = [{:?}, 0, {:?}]\n\
+             {spin}\n",
+            at[0], at[1]
+        )
+    };
+    let pin = |name: &str, i: &str, j: &str, points: [[f64; 2]; 2]| {
+        let [[x, z], [u, w]] = points;
+        format!(
+            "[[joint]]\nname = \"{name}\"\ntype = \"revolute\"\nbodies = [\"{i}\", \"{j}\"]\naxis = [0, 1, 0]\n\
+             points = [[{x:?}, 0, {z:?}], [{u:?}, 0, {w:?}]]\n"
+        )
+    };
+    for (longer, known) in [
+        (1e-3, 0.554151215659),
+        (1e-4, 0.557033454465),
+        (1e-5, 0.557821525201),
+        (1e-6, 0.558058856043),
+        (1e-8, 0.558156092649),
+        (-1e-3, 0.816409653542),
+        (-1e-5, 0.857037549459),
+        (-1e-8, 0.861600892410),
+    ] {
+        let text = settings(0.0, 1.0).replace("gravity = [0, 0.0, 0]", "gravity = [0, 0, -9.81]")
+            + &bar("crank", [0.0, 0.5], "angular_velocity = [0, 1, 0]")
+            + &pin("A", "ground", "crank", [[0.0, 0.0]; 2])
+            + &bar("rocker", [1.0, 0.5], "")
+            + &pin("D", "ground", "rocker", [[1.0, 0.0]; 2])
+            + &bar("coupler", [0.5, 1.0], "")
+            + &pin("B", "crank", "coupler", [[0.0, 1.0]; 2])
+            + &pin("C", "coupler", "rocker", [[1.0 + longer, 1.0], [1.0, 1.0]])
+            + &output("x", "position", "rocker", "component = \"x\"");
+        ends_at(&format!("{longer:e}"), &text, "x", known, 1e-8);
+    }
+}
+
+/// A plate falls on a vertical guide, carried by two legs with knees, of lengths 0.6 m and a little more: it is stopped by the shorter
+/// leg, through whose stretched position the knee of that one swings. Known from the equations in two angles (the same method, 1e-12);
+/// with legs of equal lengths both knees swing through.
+#[test]
+fn legs_of_nearly_equal_lengths_are_stretched() {
+    let (length, height) = (0.3_f64, -0.45_f64);
+    for (longer, known) in
+        [(3e-5, -0.473727317556), (1e-6, -0.474147335177), (1e-9, -0.474242415102), (0.0, -0.4742455466)]
+    {
+        let body = |name: &str, mass: f64, inertia: f64, x: f64, z: f64| {
+            format!(
+                "[[body]]\nname = \"{name}\"\nmass = {mass:?}\ninertia = [{inertia:?}, {inertia:?}, {inertia:?}]\n\
+                 position = [{x:?}, 0, {z:?}]\n"
+            )
+        };
+        let joint = |name: &str, kind: &str, i: &str, j: &str, [x, z]: [f64; 2], axis: &str| {
+            format!(
+                "[[joint]]\nname = \"{name}\"\ntype = \"{kind}\"\nbodies = [\"{i}\", \"{j}\"]\npoint = [{x:?}, 0, {z:?}]\n\
+                 axis = {axis}\n"
+            )
+        };
+        let mut text = settings(0.0, 0.3).replace("gravity = [0, 0.0, 0]", "gravity = [0, 0, -9.81]")
+            + &body("plate", 3.0, 0.05, 0.0, height)
+            + &joint("guide", "translational", "ground", "plate", [0.0, height], "[0, 0, 1]");
+        for (leg, half, side) in [("p", length, 1.0), ("q", length + longer, -1.0)] {
+            let knee = [side * (half * half - 0.25 * height * height).sqrt(), 0.5 * height];
+            let names = ["1", "2"].map(|number| format!("{leg}{number}"));
+            text += &body(&names[0], 0.5, 1e-3, 0.5 * knee[0], 0.5 * knee[1]);
+            text += &body(&names[1], 0.5, 1e-3, 0.5 * knee[0], 0.5 * (knee[1] + height));
+            text += &joint(&format!("{leg}a"), "revolute", "ground", &names[0], [0.0, 0.0], "[0, -1, 0]");
+            text += &joint(&format!("{leg}b"), "revolute", &names[0], &names[1], knee, "[0, -1, 0]");
+            text += &joint(&format!("{leg}c"), "revolute", &names[1], "plate", [0.0, height], "[0, -1, 0]");
+        }
+        text += &output("z", "position", "plate", "component = \"z\"");
+        ends_at(&format!("{longer:e}"), &text, "z", known, 1e-8);
+    }
+}

@@ -10,6 +10,10 @@
 //! the distance at which solving is sound (the image of Chebyshev points in `(s - c)^2`). With `r` the distance of the next
 //! singularity in the complex plane, in units of `g`, the error is about `1.1e5 / r^14`; round-off at the places reaches the
 //! result 16 times. Loads are interpolated with the rest: one that switches on this stretch is smoothed.
+//!
+//! Links whose lengths miss those of a mechanism with a singular position by little do not pass: the branches, which would cross,
+//! turn away from each other. The polynomial then misses the constraints in the middle by as much ([`Way::Round`]); what is asked
+//! for is solved for, and error control resolves the turn.
 
 use super::formulation::AnalysisError;
 use super::motion::{Engines, NEAR_SINGULAR, Used};
@@ -32,6 +36,10 @@ const MOST_LOOKS: usize = 6;
 const MET: f64 = 1e-14;
 const MOST_MISSED: f64 = 1e-9;
 const MOST_PROJECTIONS: usize = 2;
+/// The largest violation, as a share of the scene's size, in the middle between the places of what leads through. Round-off and the
+/// error of the polynomial are less: if not at first, then over this share of the gap.
+const MOST_CROSSED: f64 = 1e-12;
+const CLOSER: f64 = 0.5;
 
 /// What a polynomial is put through a singular position of.
 pub(super) trait Passing {
@@ -44,6 +52,11 @@ pub(super) trait Passing {
     /// # Errors
     /// See [`AnalysisError`].
     fn share(&mut self, t: f64, state: &[f64]) -> Result<f64, AnalysisError>;
+    /// Largest violation of the constraints at a state whose Euler parameters it normalises, as a share of the scene's size.
+    ///
+    /// # Errors
+    /// See [`AnalysisError`].
+    fn missed(&mut self, t: f64, state: &mut [f64]) -> Result<f64, AnalysisError>;
 }
 
 impl<F: Engines> Passing for F {
@@ -60,6 +73,12 @@ impl<F: Engines> Passing for F {
         let Health { rank, smallest_pivot_ratio } = self.factor_safely(false)?;
         let at_start = self.motion().at_start;
         Ok(if rank < at_start.rank { 0.0 } else { smallest_pivot_ratio / at_start.smallest_pivot_ratio })
+    }
+
+    fn missed(&mut self, t: f64, state: &mut [f64]) -> Result<f64, AnalysisError> {
+        self.motion().normalise(state);
+        self.motion_mut().load(t, state);
+        Ok(self.worst_violation()?.0 / self.motion().length)
     }
 }
 
@@ -109,14 +128,39 @@ fn rates_of_stage<F: Engines>(
         rates_plainly(form, t, place, rates, false)
     });
     form.motion_mut().passage = passage;
-    if passed? {
+    let way = passed?;
+    if way == Way::Through {
         form.motion_mut().counters.interpolated += 1;
         return Ok(());
+    }
+    // Brought to the constraints, what the motion turns before would have round-off divided by the cube of the distance in its
+    // accelerations; there is no pole.
+    if way == Way::Round {
+        return rates_plainly(form, t, state, rates, false);
     }
     if careful {
         project_plainly(form, t, stage, false)?;
     }
     rates_plainly(form, t, stage, rates, false)
+}
+
+/// Brings a state next to a singular position to the constraints. One that the motion turns before is no reason to stay off them:
+/// a shorter step meets them.
+///
+/// # Errors
+/// See [`AnalysisError`].
+fn project_next_to<F: Engines>(form: &mut F, t: f64, state: &mut [f64], way: Way) -> Result<(), AnalysisError> {
+    project_plainly(form, t, state, false)?;
+    if way != Way::Round {
+        return Ok(());
+    }
+    form.motion_mut().load(t, state);
+    let (worst, row) = form.worst_violation()?;
+    let violation = worst / form.motion().length;
+    if violation <= MOST_CROSSED {
+        return Ok(());
+    }
+    Err(AnalysisError::LeftConstraints { what: form.motion().row_name(row), violation })
 }
 
 /// Brings positions and velocities to the constraints, next to a singular position too. What is interpolated there is looked at:
@@ -141,8 +185,9 @@ pub(super) fn project<F: Engines>(form: &mut F, t: f64, state: &mut [f64]) -> Re
         });
         passage.correction = correction;
         form.motion_mut().passage = passage;
-        if !passed? {
-            return project_plainly(form, t, state, false);
+        let way = passed?;
+        if way != Way::Through {
+            return project_next_to(form, t, state, way);
         }
         form.motion_mut().counters.interpolated += 1;
         state.iter_mut().zip(&form.motion_mut().passage.correction).for_each(|(value, by)| *value += by);
@@ -218,6 +263,19 @@ pub(super) struct Passage {
     places: Vec<f64>,
     place: Vec<f64>,
     answer: Vec<f64>,
+    /// The state in the middle between the places.
+    middle: Vec<f64>,
+}
+
+/// How the motion goes on next to a singular position.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Way {
+    /// Through it: what was asked for is found.
+    Through,
+    /// The velocity does not lead to it.
+    Past,
+    /// The constraints are not met at a place, or in the middle between them: the motion turns before it gets there.
+    Round,
 }
 
 /// A singular position ahead or behind, s.
@@ -242,11 +300,12 @@ impl Passage {
             places,
             place: vec![0.0; dim],
             answer: vec![0.0; answers],
+            middle: vec![0.0; dim],
         }
     }
 
     /// Evaluates the polynomial through the answers to a question, which is asked for the states at the places (to change as
-    /// it likes). `false` where the velocity does not lead through the singular position.
+    /// it likes, and to bring to the constraints). Found is something only where the motion leads through the singular position.
     ///
     /// # Errors
     /// What the question fails with at a place.
@@ -257,9 +316,31 @@ impl Passage {
         state: &[f64],
         sum: &mut [f64],
         mut ask: impl FnMut(&mut F, f64, &mut [f64], &mut [f64]) -> Result<(), AnalysisError>,
-    ) -> Result<bool, AnalysisError> {
-        let Some(gap) = self.find(form, t, state)? else { return Ok(false) };
+    ) -> Result<Way, AnalysisError> {
+        let Some(gap) = self.find(form, t, state)? else { return Ok(Way::Past) };
+        for half in [gap.half, CLOSER * gap.half] {
+            match self.interpolate_over(form, t, state, &Gap { half, ..gap }, sum, &mut ask) {
+                Ok(missed) if missed <= MOST_CROSSED => return Ok(Way::Through),
+                Ok(_) => {}
+                Err(AnalysisError::LeftConstraints { .. }) => return Ok(Way::Round),
+                Err(error) => return Err(error),
+            }
+        }
+        Ok(Way::Round)
+    }
+
+    /// Evaluates the polynomial over a gap; gives by how much the constraints are missed in its middle.
+    fn interpolate_over<F: Passing>(
+        &mut self,
+        form: &mut F,
+        t: f64,
+        state: &[f64],
+        gap: &Gap,
+        sum: &mut [f64],
+        ask: &mut impl FnMut(&mut F, f64, &mut [f64], &mut [f64]) -> Result<(), AnalysisError>,
+    ) -> Result<f64, AnalysisError> {
         sum.fill(0.0);
+        self.middle.fill(0.0);
         for number in 0..2 * PLACES {
             let s = gap.centre + gap.half * self.node(number);
             form.shift(state, s, &mut self.place);
@@ -267,8 +348,10 @@ impl Passage {
             ask(form, t + s, &mut self.place, answer)?;
             let weight = self.weight(number, -gap.centre / gap.half);
             sum.iter_mut().zip(&self.answer).for_each(|(sum, value)| *sum += weight * value);
+            let weight = self.weight(number, 0.0);
+            self.middle.iter_mut().zip(&self.place).for_each(|(sum, value)| *sum += weight * value);
         }
-        Ok(true)
+        form.missed(t + gap.centre, &mut self.middle)
     }
 
     /// Distance from the singular position, in units of the gap.

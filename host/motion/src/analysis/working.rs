@@ -23,7 +23,7 @@ use super::formulation::{AnalysisError, Counters, Entries, Formulation, Group, O
 use super::linearisation::{Linearisation, PREPARATION};
 use super::motion::{APPROACH, Engines, Independence, Motion, NEAR_SINGULAR, Used, next_step};
 use super::newton::{ROUND_OFF, project_plainly};
-use super::passage;
+use super::passage::{self, Way};
 use crate::linalg::{Clusters, DenseQr, Health, KktSolver, LinalgError, SparseLdl};
 use crate::model::Model;
 use crate::plan::{Coordinates, Layout, Plan, body_scales};

@@ -1,6 +1,6 @@
 //! Interpolation through a singular position against the functions it goes through.
 
-use super::super::passage::{Passage, Passing, try_rates};
+use super::super::passage::{Passage, Passing, Way, try_rates};
 use super::*;
 
 /// A point on a line, `(x, v)`, singular at `x = 0.02`. Remembers how near it was asked.
@@ -22,6 +22,10 @@ impl Passing for Line {
     fn share(&mut self, _: f64, state: &[f64]) -> Result<f64, AnalysisError> {
         Ok((state[0] - SINGULAR).abs())
     }
+
+    fn missed(&mut self, _: f64, _: &mut [f64]) -> Result<f64, AnalysisError> {
+        Ok(0.0)
+    }
 }
 
 #[test]
@@ -37,7 +41,7 @@ fn what_is_smooth_is_found_from_both_sides() {
                 answer.copy_from_slice(&[1.0 / (1.0 + (place[0] - SINGULAR).powi(2)), t]);
                 Ok(())
             });
-            assert!(passed.unwrap());
+            assert_eq!(passed.unwrap(), Way::Through);
             let off = (found[0] - 1.0 / (1.0 + (x - SINGULAR).powi(2))).abs();
             assert!(off < 3e-11, "{off:e} at {x}");
             assert!((found[1] - 3.0).abs() < 1e-13, "time {}", found[1]);
@@ -51,7 +55,7 @@ fn what_does_not_move_does_not_pass() {
     let mut found = [0.0; 2];
     let never = |_: &mut Line, _: f64, _: &mut [f64], _: &mut [f64]| panic!("asked");
     let passed = Passage::new(2, 2).interpolate(&mut Line { nearest: 1.0 }, 0.0, &[SINGULAR, 0.0], &mut found, never);
-    assert!(!passed.unwrap());
+    assert_eq!(passed.unwrap(), Way::Past);
 }
 
 #[test]

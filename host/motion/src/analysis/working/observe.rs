@@ -19,7 +19,7 @@ impl WorkingForm {
         });
         (self.motion.passage, self.forces) = (passage, forces);
         self.motion.load(t, state);
-        if !passed? {
+        if passed? != Way::Through {
             // As it was before.
             self.solve_dynamics()?;
             return Ok(false);
