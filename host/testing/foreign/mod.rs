@@ -57,6 +57,7 @@ pub fn library(package: &str) -> Library {
             force::<Early>(),
             joint::<Lead>(),
             force::<Panics>(),
+            force::<Fails>(),
             force::<InMillimetres>(),
             force::<Push<false>>(),
             force::<Push<true>>(),

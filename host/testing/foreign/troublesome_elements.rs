@@ -1,5 +1,7 @@
 //! Elements whose states make trouble.
 
+use std::sync::atomic::{AtomicU32, Ordering};
+
 use element_api::prelude::*;
 
 const SINGLE: &[FrameSpec] = &[FrameSpec::new("on", "the body")];
@@ -108,5 +110,34 @@ impl Force for Sill {
     fn rates<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Values<'_, S>) {
         let x = at.states[0];
         out.push(S::select(x * x, S::from(self.width * self.width), S::from(0.5), S::one()));
+    }
+}
+
+/// Panics from a number of evaluations on.
+pub struct Fails {
+    left: AtomicU32,
+}
+
+#[derive(Parameters)]
+pub struct FailsParameters {
+    /// How many evaluations it survives.
+    after: i64,
+}
+
+impl Element for Fails {
+    const NAME: &'static str = "fails";
+    const SUMMARY: &'static str = "works for a while";
+    const FRAMES: &'static [FrameSpec] = SINGLE;
+    const OPAQUE: bool = true;
+    type Parameters = FailsParameters;
+    fn new(p: FailsParameters) -> Result<Self, ParamError> {
+        Ok(Self { left: AtomicU32::new(p.after as u32) })
+    }
+}
+
+impl Force for Fails {
+    fn wrench<S: Scalar>(&self, _: &Motion<'_, S>, _: &mut Wrenches<'_, S>) {
+        let left = self.left.fetch_update(Ordering::Relaxed, Ordering::Relaxed, |left| left.checked_sub(1));
+        assert!(left.is_ok(), "worn out");
     }
 }

@@ -261,7 +261,7 @@ impl Session {
         }
         let error = IntegrateError::System { t, cause: Box::new(error) };
         let fault = self.element_fault(&error).or_else(|| self.particle_fault(&error));
-        fault.map_or(general, |diagnostic| SessionError::one(&self.scene.source, diagnostic).of_integration())
+        fault.map_or(general, |diagnostic| SessionError::one(&self.scene.source, diagnostic))
     }
 
     /// Forces that take reactions of joints: where the first stands, and all of them with their coefficients of friction.

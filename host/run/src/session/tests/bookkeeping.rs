@@ -167,6 +167,27 @@ fn what_cannot_run_says_why_with_its_exit_code() {
     assert_eq!(refused(&(pendulum("") + far)), (Exit::Assembly, codes::CANNOT_ASSEMBLE));
 }
 
+/// At the start and later.
+#[test]
+fn a_library_that_fails_has_one_exit_code() {
+    let text = scenes::pendulum(&settings("t_end = 1; output_step = 0.1"));
+    let opened = |after: usize| {
+        let force = format!("[[force]]\nname = \"it\"\ntype = \"fails\"\nbodies = [\"rod\"]\nparams.after = {after}\n");
+        let scene = scene(&(text.clone() + &force));
+        Session::with_catalog(scene, Vec::new(), &catalog(), &RunOptions::default())
+    };
+    // Elements are evaluated before a run, too.
+    let least = (0..100).find(|after| opened(*after).is_ok()).unwrap();
+    let fails = |after: usize| opened(after).unwrap().run(None, Box::new(|_| ()), &Arc::default()).unwrap_err();
+    let is_at_start = |error: &SessionError| error.diagnostics[0].message.contains("failed at t = 0 s");
+    let first = (least..least + 100).map(fails).find(is_at_start).unwrap();
+    let later = fails(least + 100);
+    for error in [&first, &later] {
+        assert_eq!((error.exit, error.diagnostics[0].code), (Exit::Plugin, codes::PLUGIN_PANICKED), "{error}");
+    }
+    assert!(!is_at_start(&later), "{later}");
+}
+
 #[test]
 fn reports_before_the_run_count_what_the_plan_found() {
     let session = open(&scenes::four_bar(1.1));
