@@ -5,7 +5,7 @@ use std::path::Path;
 use serde::Serialize;
 
 use super::compare::common_rows;
-use super::{ResultsError, Table};
+use super::{ResultsError, Table, significant};
 
 /// A value, what it should be, and how near. Times in the unit of the table, numbers in units of the columns.
 pub struct Check<'a> {
@@ -26,6 +26,9 @@ pub struct Check<'a> {
     /// Later samples are left out.
     pub to: Option<f64>,
 }
+
+/// Samples outside of a table are reported from this share of them on.
+const LEAST_PART: f64 = 0.01;
 
 /// What a value should be.
 pub enum Expected<'a> {
@@ -64,6 +67,9 @@ pub struct CheckResult {
     /// Why nothing could be compared.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub problem: Option<String>,
+    /// What of the run was compared, where a table covers no more than a part of it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub part: Option<String>,
     /// Time, value and reference at the samples compared.
     #[serde(skip)]
     pub series: Vec<(f64, f64, f64)>,
@@ -73,7 +79,7 @@ impl CheckResult {
     /// The same with an empty series.
     #[must_use]
     pub fn without_samples(&self) -> Self {
-        let Self { name, kind, unit, largest, at, tolerance, passed, samples, problem, series: _ } = self;
+        let Self { name, kind, unit, largest, at, tolerance, passed, samples, problem, part, series: _ } = self;
         Self {
             name: name.clone(),
             kind,
@@ -84,6 +90,7 @@ impl CheckResult {
             passed: *passed,
             samples: *samples,
             problem: problem.clone(),
+            part: part.clone(),
             series: Vec::new(),
         }
     }
@@ -110,8 +117,29 @@ impl Check<'_> {
             passed: largest <= self.tolerance,
             samples: series.len() as u64,
             problem,
+            part: self.part(times, &series),
             series,
         }
+    }
+
+    /// What was compared, where samples that should have been are before or beyond all times of the table.
+    fn part(&self, times: &[f64], series: &[(f64, f64, f64)]) -> Option<String> {
+        let Expected::Column { path, table: Ok(table), .. } = &self.reference else { return None };
+        let ([first, .., last] | [first @ last]) = &table.times[..] else { return None };
+        let ((begin, ..), (end, ..)) = (series.first()?, series.last()?);
+        let near = |limit: f64| 1e-9 * limit.abs();
+        let asked = || times.iter().filter(|t| self.takes(**t));
+        let outside = asked().filter(|t| **t < first - near(*first) || **t > last + near(*last)).count();
+        (outside as f64 > LEAST_PART * asked().count() as f64).then(|| {
+            format!(
+                "compared from t = {} to {}, at {} of {} samples: `{}` has no times beyond",
+                significant(*begin, 6),
+                significant(*end, 6),
+                series.len(),
+                asked().count(),
+                path.display()
+            )
+        })
     }
 
     /// Time, value and reference; the error says why there are none.

@@ -238,6 +238,9 @@ fn checks(checks: &[CheckResult]) -> String {
         if let Some(problem) = &check.problem {
             problems.push_str(&format!("  {}: {problem}\n", check.name));
         }
+        if let Some(part) = &check.part {
+            problems.push_str(&format!("  warning: {}: {part}\n", check.name));
+        }
     }
     aligned(&[Side::Left, Side::Right, Side::Right, Side::Right, Side::Left, Side::Left], &rows) + &problems
 }

@@ -66,6 +66,21 @@ impl Table {
         Self::read_wanted(path, most, longest, &|_| true)
     }
 
+    /// The names of the columns beside the times; `None` where that is not found out by the beginning of the file.
+    #[must_use]
+    pub fn columns_of(path: &Path) -> Option<Vec<String>> {
+        const BEGINNING: u64 = 64 << 10;
+        let mut bytes = Vec::new();
+        File::open(path).ok()?.take(BEGINNING).read_to_end(&mut bytes).ok()?;
+        let whole = bytes.iter().rposition(|byte| *byte == b'\n').map_or(&bytes[..], |end| &bytes[..=end]);
+        let text = with_commas(std::str::from_utf8(whole).ok()?).into_owned();
+        let mut reader =
+            csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::Headers).from_reader(text.as_bytes());
+        let mut names: Vec<String> = reader.headers().ok()?.iter().map(str::to_owned).collect();
+        names.remove(key_column(&names).ok()?);
+        Some(names)
+    }
+
     fn read_wanted(
         path: &Path,
         most: usize,

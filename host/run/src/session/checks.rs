@@ -6,15 +6,27 @@ use std::thread;
 
 use super::common::{Common, ReadTable, Tables};
 use super::opened::Session;
-use crate::diagnostics::{Diagnostic, codes};
-use crate::results::{Check, CheckResult, Expected};
+use crate::diagnostics::{Diagnostic, codes, help_for};
+use crate::results::{Check, CheckResult, Expected, Table};
 use crate::scene::{CheckRecord, Formula, Reference, Scene};
 
-/// The tables of checks that are not there, before a run that would have nothing to be compared with at its end.
+/// The tables of checks that are not there, or have no such column, before a run that would have nothing to be compared with at its end.
 pub(super) fn missing_tables(scene: &Scene) -> Vec<Diagnostic> {
     let missing = |record: &CheckRecord| {
-        let Reference::Csv { path, .. } = &record.reference else { return None };
-        let error = scene.source.beside(&path.value).metadata().err()?;
+        let Reference::Csv { path, column } = &record.reference else { return None };
+        let Some(error) = scene.source.beside(&path.value).metadata().err() else {
+            let names = Table::columns_of(&scene.source.beside(&path.value))?;
+            let known: Vec<&str> = names.iter().map(String::as_str).collect();
+            let message = format!(
+                "`{}` has no column `{column}`, which the check `{}` compares with",
+                path.value.display(),
+                record.name.value
+            );
+            let diagnostic = Diagnostic::warning(codes::BAD_TABLE_FILE, message).at(path.span.clone(), "");
+            let help = help_for(column, &known, "columns");
+            return (!names.contains(column))
+                .then(|| diagnostic.help_if(help).help("a run computes everything, and the check fails"));
+        };
         let message =
             format!("cannot read `{}`, which the check `{}` compares with", path.value.display(), record.name.value);
         let diagnostic = Diagnostic::warning(codes::BAD_TABLE_FILE, message).at(path.span.clone(), error.to_string());

@@ -58,6 +58,15 @@ fn tables_are_matched_by_time() {
     let limited = Check { to: Some(0.25), ..check(&value, column("x")) }.evaluate(&TIMES);
     assert_eq!((limited.samples, limited.largest), (1, 0.0));
 
+    assert_eq!(found.part, None);
+    let longer: Vec<f64> = (0..11).map(|k| 0.1 * f64::from(k)).collect();
+    let found = check(&|_| 1.0, column("x")).evaluate(&longer);
+    let part = "compared from t = 0 to 0.5, at 4 of 11 samples: `";
+    assert!(found.part.as_ref().is_some_and(|text| text.starts_with(part)), "{found:?}");
+    let limited = Check { to: Some(0.5), ..check(&|_| 1.0, column("x")) }.evaluate(&longer);
+    assert_eq!(limited.part, None);
+    assert_eq!(Table::columns_of(&path), Some(vec!["x".to_owned(), "y".to_owned()]));
+
     let lost = check(&value, column("z")).evaluate(&TIMES);
     assert!(!lost.passed && lost.problem.unwrap().ends_with("has no column `z`, its columns are x, y"));
     let (path, none) = (scratch.join("none.csv"), Table::read(&scratch.join("none.csv")));

@@ -62,6 +62,24 @@ fn a_table_that_cannot_be_read_fails_the_check_and_keeps_the_run() {
 }
 
 #[test]
+fn a_column_that_is_not_there_is_warned_of_before_the_run() {
+    let path = std::env::temp_dir().join(format!("odyn-column-{}.csv", std::process::id()));
+    std::fs::write(&path, "t,speed\n0,1\n1,2\n").unwrap();
+    let report = run(&falling(&check(
+        "x",
+        "x",
+        &format!("{{ csv = {:?}, column = \"sped\" }}", path.display().to_string()),
+        "",
+    )));
+    std::fs::remove_file(&path).unwrap();
+    let warned = &report.summary.warnings;
+    assert!(
+        warned.len() == 1 && warned[0].contains("has no column `sped`, which the check `x` compares with"),
+        "{warned:?}"
+    );
+}
+
+#[test]
 fn what_variants_have_in_common_is_read_once() {
     let common = Common::default();
     let folder = std::env::temp_dir().join(format!("odyn-common-{}", std::process::id()));
