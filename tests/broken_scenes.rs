@@ -448,6 +448,26 @@ fn numbers_that_cannot_be_computed_with_are_named_at_their_element() {
     assert!(rub.contains("`rub` with mu = 30;"), "{rub}");
 }
 
+/// `point` puts the frames of a contact together, so that no place of the bodies helps.
+#[test]
+fn a_contact_whose_frames_are_at_one_place_is_told_of_points() {
+    let scratch = Scratch::new();
+    let text = "[plugins]\nlibraries = [\"joints\"]\n[units]\nlength = \"mm\"\n[simulation]\nt_end = 1\noutput_step = 0.1\n\
+         [[body]]\nname = \"ball\"\nmass = 1\ninertia = [100, 100, 100]\nposition = [0, 0, 100]\n\
+         [[joint]]\nname = \"floor\"\ntype = \"plane-contact\"\nbodies = [\"ground\", \"ball\"]\nparams.radius = 20\n";
+    let said = |place: &str| {
+        let scene = scratch.file("contact.toml", &format!("{text}{place}\n"));
+        let session = Session::open(&scene, &options(&[], &[])).unwrap_or_else(|error| panic!("{error}"));
+        let run = session.run(None, Box::new(|_| ()), &Default::default());
+        run.map(|_| ()).map_err(|error| error.to_string())
+    };
+    let together = said("point = [0, 0, 0]").unwrap_err();
+    assert!(together.contains("-20") && together.contains(" mm at the start: on the wrong side"), "{together}");
+    assert!(together.contains("give `points`, one for each body"), "{together}");
+    assert!(!together.contains("move one of its bodies"), "{together}");
+    assert_eq!(said("points = [[0, 0, 0], [0, 0, 100]]"), Ok(()));
+}
+
 /// A run that cannot begin does not leave a folder in which it seems to run for ever.
 #[test]
 fn a_run_that_does_not_begin_has_failed() {

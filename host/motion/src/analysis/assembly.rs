@@ -116,8 +116,8 @@ pub enum AssemblyError {
     /// Joints that ask for velocities which cannot all be had.
     #[error("the joints ask for velocities that contradict each other: {}", misses(.rows))]
     Contradiction {
-        /// Joint, row, remaining difference in m/s; worst first.
-        rows: Vec<(String, f64)>,
+        /// What remains of their rates; worst first.
+        rows: Vec<Gap>,
     },
     /// A row whose equation has no value, or no derivative, at the given positions.
     #[error("`{joint}` is not defined here: row `{row}` or its derivative is not finite")]
@@ -137,8 +137,8 @@ fn culprits(rows: &[Gap]) -> String {
     texts.join("; ")
 }
 
-fn misses(rows: &[(String, f64)]) -> String {
-    let texts: Vec<String> = rows.iter().take(6).map(|(name, off)| format!("{name} is off by {off:.3e} m/s")).collect();
+fn misses(rows: &[Gap]) -> String {
+    let texts: Vec<String> = rows.iter().take(6).map(|gap| format!("{gap}/s")).collect();
     texts.join("; ")
 }
 

@@ -30,14 +30,14 @@ const NO_GAP: f64 = 1e-9;
 /// The longest step, rad or lengths of the scene.
 const LONGEST: f64 = 0.5;
 
-/// A joint equation that is not met.
+/// A joint equation that is not met, or whose rate is not.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Gap {
     /// The joint's name.
     pub joint: String,
     /// The name of the row.
     pub row: String,
-    /// By how much it is not met, m or rad; not negative.
+    /// By how much it is not met, m or rad, of rates m/s or rad/s; not negative.
     pub size: f64,
     /// Whether that is an angle.
     pub angular: bool,
@@ -93,17 +93,19 @@ impl Measure {
         let worst = sizes.iter().copied().fold(0.0, f64::max);
         let mut off: Vec<usize> = (0..sizes.len()).filter(|k| sizes[*k] > NOTABLE * worst).collect();
         off.sort_by(|a, b| sizes[*b].total_cmp(&sizes[*a]));
-        let gap = |k: usize| {
-            let (element, row) = layout.element_of_row(rows.rows[k]);
-            let instance = &model.elements[element];
-            Gap {
-                row: instance.row(row).to_string(),
-                joint: instance.name.clone(),
-                size: values[k].abs() / self.gradients[k],
-                angular: self.angular[k],
-            }
-        };
-        off.into_iter().map(gap).collect()
+        off.into_iter().map(|k| self.gap(k, rows.rows[k], values[k], model, layout)).collect()
+    }
+
+    /// What a value of the `k`th of the rows, or its rate, amounts to.
+    pub(super) fn gap(&self, k: usize, row: usize, value: f64, model: &Model, layout: &Layout) -> Gap {
+        let (element, row) = layout.element_of_row(row);
+        let instance = &model.elements[element];
+        Gap {
+            row: instance.row(row).to_string(),
+            joint: instance.name.clone(),
+            size: value.abs() / self.gradients[k],
+            angular: self.angular[k],
+        }
     }
 }
 

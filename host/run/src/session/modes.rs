@@ -10,7 +10,8 @@ use crate::diagnostics::{Diagnostic, codes};
 use crate::integrate::{IntegrateError, Status, StopReason};
 use crate::plan::Plan;
 use crate::program::Equations;
-use crate::scene::Spanned;
+use crate::results::significant;
+use crate::scene::{Dimension, ElementRecord, Placement, Spanned};
 
 impl Session {
     /// Refuses what unilateral rows do not go with.
@@ -92,15 +93,42 @@ impl Session {
 
     /// Why contacts do not let a run start, with the place of the element.
     pub(super) fn bad_contact(&self, error: &AnalysisError) -> SessionError {
-        let AnalysisError::Penetrates { element, .. } = error else {
+        let AnalysisError::Penetrates { element, row, value } = error else {
             return super::error::start_error(&self.scene, error);
         };
-        let mut diagnostic = Diagnostic::error(codes::CANNOT_ASSEMBLE, error.to_string());
-        if let Some(record) = self.scene.elements.iter().find(|record| record.name.value == *element) {
+        let units = &self.scene.units;
+        let dimension = if self.turns_only(element, row) { Dimension::ANGLE } else { Dimension::LENGTH };
+        let value = significant(units.from_si(*value, dimension), 4);
+        let message = format!(
+            "`{element}` is unilateral, and its row `{row}` is {value} {} at the start: on the wrong side",
+            units.label(dimension)
+        );
+        let mut diagnostic = Diagnostic::error(codes::CANNOT_ASSEMBLE, message);
+        let record = self.scene.elements.iter().find(|record| record.name.value == *element);
+        if let Some(record) = record {
             diagnostic = diagnostic.at(record.name.span.clone(), "its bodies overlap, or are beyond its ends");
         }
-        let help = "move one of its bodies, or change its frames and sizes: a unilateral row has to be positive or zero at the start";
+        let one_place = |record: &ElementRecord| match &record.placement.value {
+            Placement::Global { points, .. } => points.len() == 1 && record.bodies.value.len() > 1,
+            _ => false,
+        };
+        let help = if record.is_some_and(one_place) {
+            "`point` puts the frames of both bodies at one place, wherever these are: give `points`, one for each body, or `frames`; a \
+             unilateral row has to be positive or zero at the start"
+        } else {
+            "move one of its bodies, or change its frames and sizes: a unilateral row has to be positive or zero at the start"
+        };
         SessionError::one(&self.scene.source, diagnostic.help(help))
+    }
+
+    /// Whether a row of an element depends on how its bodies are turned, and not on where they are.
+    fn turns_only(&self, element: &str, row: &str) -> bool {
+        self.equations.rows.iter().enumerate().any(|(number, equation)| {
+            let (index, k) = self.plan.layout.element_of_row(number);
+            let instance = &self.model.elements[index];
+            let is_it = instance.name == element && instance.row(k) == row;
+            is_it && !equation.jacobian.is_empty() && equation.jacobian.iter().all(|(column, _)| column % 6 >= 3)
+        })
     }
 
     /// The equations with these contacts closed at an assembled place, in coordinates of joints or of bodies as the run's are. The

@@ -5,11 +5,12 @@ use super::error::SessionError;
 use super::options::tolerance;
 use crate::analysis::{Assembly, AssemblyError, Gap, Move};
 use crate::diagnostics::{Diagnostic, codes};
-use crate::model::Model;
+use crate::model::{Model, operations_behind, rows};
 use crate::plan::{Askew, Crosswise, Layout, Locked, Plan, Undetermined};
 use crate::program::Equations;
 use crate::results::significant;
 use crate::scene::{Dimension, ElementKind, ElementRecord, Placement, Scene};
+use element_api::recording::{Input, Op};
 
 /// A scene with a body that assembly moves further than this share of the scene's size is refused.
 const LARGEST_JUMP: f64 = 0.2;
@@ -86,20 +87,23 @@ fn impossible(gaps: &[Gap], scene: &Scene) -> SessionError {
 }
 
 /// Joints whose velocities cannot all be had.
-fn contradiction(rows: &[(String, f64)], scene: &Scene) -> SessionError {
-    let unit = scene.units.factor(Dimension::VELOCITY);
-    let label = scene.units.label(Dimension::VELOCITY);
+fn contradiction(gaps: &[Gap], scene: &Scene) -> SessionError {
     let message = "the joints ask for velocities that contradict each other";
     let mut diagnostic = Diagnostic::error(codes::CONFLICTING_CONSTRAINTS, message);
     let mut seen: Vec<&str> = Vec::new();
-    for (name, off) in rows {
-        let joint = name.split(':').next().unwrap_or(name);
+    let mut no_axis = Vec::new();
+    for gap in gaps {
+        let joint = gap.joint.as_str();
         if seen.contains(&joint) || seen.len() == 6 {
             continue;
         }
         let Some(record) = scene.elements.iter().find(|record| record.name.value == joint) else { continue };
-        let row = name.split(": ").nth(1).unwrap_or(name);
-        let text = format!("row `{row}` stays off by {} {label}", significant(off / unit, 4));
+        let dimension = if gap.angular { Dimension::ANGULAR_VELOCITY } else { Dimension::VELOCITY };
+        let off = significant(gap.size / scene.units.factor(dimension), 4);
+        let text = format!("row `{}` stays off by {off} {}", gap.row, scene.units.label(dimension));
+        if gap.angular && is_without_axis(record) {
+            no_axis.push(joint);
+        }
         diagnostic = if seen.is_empty() {
             diagnostic.at(record.name.span.clone(), text)
         } else {
@@ -108,13 +112,53 @@ fn contradiction(rows: &[(String, f64)], scene: &Scene) -> SessionError {
         seen.push(joint);
     }
     let diagnostic = diagnostic
+        .help_if(axis_left_out(&no_axis))
         .help("at this position, what is driven cannot move as it is prescribed without breaking another joint")
         .help("take one of them away, or drive what the others leave free; axes of a planar mechanism must be parallel to nine digits");
     SessionError::one(&scene.source, diagnostic)
 }
 
+/// Whether the axes of an element's frames are those of the ground because nothing else is written.
+fn is_without_axis(record: &ElementRecord) -> bool {
+    match &record.placement.value {
+        Placement::Global { axes, .. } => axes.is_empty(),
+        Placement::Local(_) => false,
+        Placement::Absent => true,
+    }
+}
+
+/// The remedy where these joints may need an axis.
+fn axis_left_out(joints: &[&str]) -> Option<String> {
+    let have = if joints.len() == 1 { "has" } else { "have" };
+    let whose = if joints.len() == 1 { "its axis is" } else { "the axis of each is" };
+    let names = joints_named(joints.iter().copied());
+    (!joints.is_empty()).then(|| format!("{names} {have} no `axis`; without one, {whose} z of the ground"))
+}
+
+/// Joints that hold directions of their bodies without an `axis`, beside others that have one.
+fn without_axis<'a>(joints: &[usize], model: &'a Model, scene: &Scene) -> Vec<&'a str> {
+    let record = |joint: &usize| scene.elements.iter().find(|one| one.name.value == model.elements[*joint].name);
+    let holds_directions = |joint: &&usize| {
+        let recording = &model.elements[**joint].recording;
+        let frame = |(_, op)| if let Op::Input(Input::Rotation { frame, .. }) = op { Some(frame) } else { None };
+        let mut frames: Vec<u32> =
+            operations_behind(recording, rows(recording)).into_iter().filter_map(frame).collect();
+        frames.sort_unstable();
+        frames.dedup();
+        frames.len() > 1
+    };
+    let (without, with): (Vec<&usize>, Vec<&usize>) =
+        joints.iter().filter(holds_directions).partition(|joint| record(joint).is_some_and(is_without_axis));
+    let without = without.into_iter().filter(|_| !with.is_empty());
+    without.map(|joint| model.elements[*joint].name.as_str()).collect()
+}
+
 /// What assembly had to change; an error when a body jumped.
-pub(super) fn assembly_warnings(assembly: &Assembly, scene: &Scene) -> Result<Vec<Diagnostic>, SessionError> {
+pub(super) fn assembly_warnings(
+    assembly: &Assembly,
+    scene: &Scene,
+    model: &Model,
+) -> Result<Vec<Diagnostic>, SessionError> {
     let mut warnings = Vec::new();
     let factor = scene.units.factor(Dimension::LENGTH);
     let label = scene.units.label(Dimension::LENGTH);
@@ -146,6 +190,13 @@ pub(super) fn assembly_warnings(assembly: &Assembly, scene: &Scene) -> Result<Ve
                 let (joint, row, by) = (&gap.joint, &gap.row, size_of(gap, scene));
                 format!("where the scene puts the bodies, the row `{row}` of `{joint}` is missed most, by {by}")
             });
+            let driven = assembly.missed.as_ref().filter(|gap| follows_time(&gap.joint, model)).map(|gap| {
+                let (joint, by) = (&gap.joint, size_of(gap, scene));
+                format!(
+                    "`{joint}` prescribes a motion, which at the start is {by} away from where the bodies are: put them where it begins, \
+                     or let it begin where they are"
+                )
+            });
             let diagnostic = Diagnostic::error(
                 codes::ASSEMBLY_JUMP,
                 format!("assembly would move `{}` far from where the scene puts it", moved.body),
@@ -154,7 +205,7 @@ pub(super) fn assembly_warnings(assembly: &Assembly, scene: &Scene) -> Result<Ve
             .help(
                 "give positions and orientations nearer to an assembled state, or correct the joint that pulls it away",
             );
-            return Err(SessionError::one(&scene.source, diagnostic.help_if(missed).help_if(hint)));
+            return Err(SessionError::one(&scene.source, diagnostic.help_if(missed).help_if(driven).help_if(hint)));
         }
         let message = format!("`{}` was not where its joints need it", moved.body);
         warnings.push(Diagnostic::warning(codes::ASSEMBLY_JUMP, message).at(span, text).help_if(hint));
@@ -175,6 +226,14 @@ pub(super) fn assembly_warnings(assembly: &Assembly, scene: &Scene) -> Result<Ve
         );
     }
     Ok(warnings)
+}
+
+/// Whether rows of a joint depend on time.
+fn follows_time(joint: &str, model: &Model) -> bool {
+    model.elements.iter().filter(|instance| instance.name == joint).any(|instance| {
+        let behind = operations_behind(&instance.recording, rows(&instance.recording));
+        behind.into_iter().any(|(_, op)| op == Op::Input(Input::Time))
+    })
 }
 
 /// The first joint of a body that was turned whose frames have axes in several directions and no x axes.
@@ -203,6 +262,11 @@ fn placed_by_origins<'a>(scene: &'a Scene, moved: &Move) -> Option<&'a str> {
     own.next().filter(|_| moved.distance > 0.0).map(|record| record.name.value.as_str())
 }
 
+/// Whether a tolerance asks for more digits than any place or time has.
+fn is_below_numbers(tolerance: f64) -> bool {
+    tolerance < 2.0 * f64::EPSILON
+}
+
 /// The body furthest from the origin, if its position is known less exactly than the tolerance asks for.
 pub(super) fn distance_warning(assembly: &Assembly, scene: &Scene, model: &Model) -> Option<Diagnostic> {
     let norm = |r: &[f64]| r.iter().map(|x| x * x).sum::<f64>().sqrt();
@@ -210,7 +274,7 @@ pub(super) fn distance_warning(assembly: &Assembly, scene: &Scene, model: &Model
     let (distance, body) = distances.zip(&model.bodies).max_by(|a, b| a.0.total_cmp(&b.0))?;
     let tolerance = tolerance(scene);
     let (length, unknown) = (assembly.scales.length, distance * f64::EPSILON);
-    if unknown <= tolerance * length {
+    if unknown <= tolerance * length || is_below_numbers(tolerance) {
         return None;
     }
     let number = |value: f64| significant(value / scene.units.factor(Dimension::LENGTH), 3);
@@ -227,11 +291,17 @@ pub(super) fn distance_warning(assembly: &Assembly, scene: &Scene, model: &Model
     Some(diagnostic.help(help))
 }
 
-/// A run whose times are known less exactly than the tolerance asks for.
+/// A run whose times are known less exactly than the tolerance asks for, or any numbers.
 pub(super) fn time_warning(scene: &Scene) -> Option<Diagnostic> {
     let simulation = &scene.simulation;
     let (length, far) = (simulation.t_end - simulation.t_start, simulation.t_start.abs().max(simulation.t_end.abs()));
     let (tolerance, unknown) = (tolerance(scene), far * f64::EPSILON);
+    if is_below_numbers(tolerance) {
+        let message = format!("a tolerance of {tolerance:e} is below what numbers can hold");
+        let warning =
+            Diagnostic::warning(codes::OUT_OF_RANGE, message).at(simulation.span.clone(), "numbers have 16 digits");
+        return Some(warning.help("raise `tolerance` to 1e-13, or leave it out"));
+    }
     if unknown <= tolerance * length {
         return None;
     }
@@ -306,14 +376,16 @@ pub(super) fn locked_warnings(plan: &Plan, model: &Model, scene: &Scene) -> Vec<
         let message = format!("the closed loop of {names} cannot move: its joints lock each other");
         let diagnostic = Diagnostic::warning(codes::LOCKED_LOOP, message);
         let Some(Askew { joint, other, slides, angle }) = locked.askew else {
-            let first = locked.joints.first().map_or(0..0, |joint| place_of_element(scene, name(*joint)));
+            let no_axis = without_axis(&locked.joints, model, scene);
+            let first = no_axis.first().copied().or_else(|| locked.joints.first().map(|joint| name(*joint)));
+            let first = first.map_or(0..0, |joint| place_of_element(scene, joint));
             let help = if locked.geared {
                 "around a loop of gears the ratios must multiply to one, with their signs: external wheels turn opposite ways; check teeth, \
                  ratios and what is held; leave it if it is not meant to turn"
             } else {
                 "check the axes and points of these joints; leave it if it is meant as a structure"
             };
-            return diagnostic.at(first, "together they leave no freedom").help(help);
+            return diagnostic.at(first, "together they leave no freedom").help_if(axis_left_out(&no_axis)).help(help);
         };
         let (angle, other) = (format!("{} {label}", significant(angle / unit, 3)), name(other));
         let text = match slides {

@@ -174,7 +174,7 @@ impl Session {
             assembly = assembled(&equations, &model)?;
         }
         refuse_whims(&scene, &model, &equations.graph, &analysis::start_inputs(&layout, t, &assembly))?;
-        warnings.extend(assembly_warnings(&assembly, &scene)?);
+        warnings.extend(assembly_warnings(&assembly, &scene, &model)?);
         warnings.extend(super::started::warning(&assembly, &scene));
         warnings.extend(distance_warning(&assembly, &scene, &model));
         warnings.extend(time_warning(&scene));

@@ -18,6 +18,7 @@ mod restarts;
 mod right_sides;
 mod runs;
 mod signals;
+mod starts;
 #[cfg(feature = "jit")]
 mod tiers;
 mod welded;

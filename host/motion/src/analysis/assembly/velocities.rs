@@ -102,16 +102,18 @@ pub(super) fn velocities(
     // Rows that do not depend on time are met by rest, whatever else they are.
     let driven = rows.worst(rows.rates_in_time(), length).0;
     let off: Vec<f64> = (0..enforced).map(|row| reached[row] - right[row]).collect();
-    let mut contradicting: Vec<(String, f64)> = Vec::new();
+    let mut contradicting: Vec<(usize, f64)> = Vec::new();
     rows.violations(&off, length, |row, violation| {
         if violation > CONTRADICTION * driven {
-            let (element, k) = layout.element_of_row(row);
-            contradicting.push((model.elements[element].row_name(k), violation));
+            contradicting.push((row, violation));
         }
     });
     if driven > 0.0 && !contradicting.is_empty() {
         contradicting.sort_by(|a, b| b.1.total_cmp(&a.1));
-        return Err(AssemblyError::Contradiction { rows: contradicting });
+        let measure = Measure::new(&rows);
+        let places = contradicting.iter().filter_map(|(row, _)| rows.rows.iter().position(|one| one == row));
+        let rows = places.map(|k| measure.gap(k, rows.rows[k], off[k], model, layout)).collect();
+        return Err(AssemblyError::Contradiction { rows });
     }
     *given_speed = asked
         .iter()

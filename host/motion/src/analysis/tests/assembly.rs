@@ -368,8 +368,9 @@ fn velocities_that_contradict_each_other_are_refused_with_their_rows() {
             panic!("{speed}: assembled");
         };
         let off: f64 = speed.parse().unwrap();
-        let named = rows.iter().any(|(name, by)| name.starts_with("right: advance") && *by > 0.1 * off);
-        assert!(named || rows[0].0.starts_with("left: x"), "{rows:?}");
+        let named = rows.iter().any(|gap| gap.joint == "right" && gap.row == "advance" && gap.size > 0.1 * off);
+        assert!(named || rows[0].joint == "left" && rows[0].row == "x", "{rows:?}");
+        assert!(rows.iter().all(|gap| !gap.angular), "{rows:?}");
     }
     assert!(assembled(&text.replace("SPEED", "0")).1.is_ok());
 }
