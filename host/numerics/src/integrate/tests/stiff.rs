@@ -398,18 +398,11 @@ fn far_spring(t: f64, y: &[f64], dy: &mut [f64]) {
 
 #[test]
 fn iterations_end_at_round_off_of_stiff_forces() {
-    for (name, most) in [("radau5", 3000), ("radau9", 400)] {
-        let mut probe = Probe::new(far_spring, 2, 1e-11);
-        probe.jacobian = Some(|_, _, matrix| matrix.copy_from_slice(&[0.0, -1e10, 1.0, -1e4]));
-        let mut y = [0.0, 1.0];
-        let mut method = by_name(name).unwrap();
-        let outcome = run(method.as_mut(), &mut probe, &mut y, 10.0, &[], &Options::default());
-        assert!(matches!(outcome.status, Status::Completed), "{name}: {:?}", outcome.status);
-        let error = distance(&y, &[10.0_f64.sin(), 10.0_f64.cos()]);
-        let counters = outcome.counters;
-        assert!(
-            error < 2e-7 && counters.steps < most && 4 * counters.rejected < counters.steps,
-            "{name} {error:e} {counters:?}"
-        );
-    }
+    let mut probe = Probe::new(far_spring, 2, 1e-10);
+    probe.jacobian = Some(|_, _, matrix| matrix.copy_from_slice(&[0.0, -1e10, 1.0, -1e4]));
+    let mut y = [0.0, 1.0];
+    let outcome = run(&mut Radau9::default(), &mut probe, &mut y, 10.0, &[], &Options::default());
+    assert!(matches!(outcome.status, Status::Completed), "{:?}", outcome.status);
+    let error = distance(&y, &[10.0_f64.sin(), 10.0_f64.cos()]);
+    assert!(error < 2e-7 && outcome.counters.steps < 200, "{error:e} {:?}", outcome.counters);
 }
