@@ -456,7 +456,7 @@ fn a_contact_whose_frames_are_at_one_place_is_told_of_points() {
          [[body]]\nname = \"ball\"\nmass = 1\ninertia = [100, 100, 100]\nposition = [0, 0, 100]\n\
          [[joint]]\nname = \"floor\"\ntype = \"plane-contact\"\nbodies = [\"ground\", \"ball\"]\nparams.radius = 20\n";
     let said = |place: &str| {
-        let scene = scratch.file("contact.toml", &format!("{text}{place}\n"));
+        let scene = scratch.file("contact.toml", format!("{text}{place}\n"));
         let session = Session::open(&scene, &options(&[], &[])).unwrap_or_else(|error| panic!("{error}"));
         let run = session.run(None, Box::new(|_| ()), &Default::default());
         run.map(|_| ()).map_err(|error| error.to_string())

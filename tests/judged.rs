@@ -500,7 +500,11 @@ params.angle = {angle}
             let summary = run(&text, sets).summary;
             let seen = (summary.status, summary.code);
             assert_eq!(seen, (Status::Suspect, Some(codes::AUDIT_CONSTRAINTS)), "{angle} {sets:?}: {}", summary.reason);
-            assert!(summary.reason.contains("in drive: ") && summary.reason.contains(&format!("(t = {at}")), "{}", summary.reason);
+            assert!(
+                summary.reason.contains("in drive: ") && summary.reason.contains(&format!("(t = {at}")),
+                "{}",
+                summary.reason
+            );
             assert!(summary.reason.contains("it has a kink there"), "{angle} {sets:?}: {}", summary.reason);
         }
     }

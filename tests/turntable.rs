@@ -86,7 +86,9 @@ fn implicit_methods_follow_what_begins_to_slide() {
 fn surface(turns: bool, driven: bool, t_end: f64) -> String {
     let (joint, axis, drive, moves) = match turns {
         true => ("revolute", "[0, 0, 1]", ("rotation-driver", "angle = \"2 * t\""), "angular_velocity = [0, 0, 2]"),
-        false => ("translational", "[0, 1, 0]", ("displacement-driver", "displacement = \"t\""), "velocity = [0, 1, 0]"),
+        false => {
+            ("translational", "[0, 1, 0]", ("displacement-driver", "displacement = \"t\""), "velocity = [0, 1, 0]")
+        }
     };
     let ((drive, how), own) = (drive, if driven { "" } else { moves });
     let drive = format!(

@@ -459,3 +459,20 @@ points = [[0, 0, 0], [0.5, 0, 0]]
     let refused = try_run(&start, &[]).err().unwrap();
     assert!(refused.contains("two of its points lie together"), "{refused}");
 }
+
+/// The first step of an explicit method where a state begins with next to nothing: no step was short enough.
+#[test]
+fn a_start_with_unknowns_that_are_next_to_zero_has_a_first_step() {
+    let text = "[plugins]\nlibraries = [\"joints\", \"forces\"]\n[simulation]\ngravity = [50, 0, 0]\nt_end = 1e-3\noutput_step = 1e-4\n\
+        [[body]]\nname = \"body\"\nmass = 1\ninertia = [1e-12, 1e-12, 1e-12]\n\
+        [[joint]]\nname = \"guide\"\ntype = \"translational\"\nbodies = [\"ground\", \"body\"]\naxis = [1, 0, 0]\n\
+        [[force]]\nname = \"piston\"\ntype = \"hydraulic-damper\"\nbodies = [\"ground\", \"body\"]\n\
+        points = [[-1e-5, 0, 0], [0, 0, 0]]\nparams = { area = 1e-12, laminar_1 = 1e26, laminar_2 = 1e26 }\n\
+        [[output]]\nname = \"x\"\nquantity = \"position\"\nof = \"body\"\ncomponent = \"x\"\n";
+    let run = try_run(text, &[]).unwrap();
+    // A damping of 50 kg/s.
+    let (t, rate) = (1e-3, 50.0_f64);
+    let exact = t - (1.0 - (-rate * t).exp()) / rate;
+    let off = run.columns[0].last().unwrap() / exact - 1.0;
+    assert!(off.abs() < 1e-6 && run.summary.steps < 50, "{off:e} {}", run.summary.steps);
+}

@@ -38,7 +38,7 @@ pub enum CatalogError {
         /// File names tried in each.
         files: Vec<String>,
         /// Which of the folders and files cannot be looked at, and why.
-        unreadable: Vec<String>,
+        unreadable: Box<[String]>,
         /// A library of a similar name that is there.
         nearest: Option<String>,
     },

@@ -283,7 +283,7 @@ impl SearchPath {
         let beside = Some(&self.beside).filter(|folder| is_path(request) && **folder != Path::new("")).into_iter();
         CatalogError::NotFound {
             nearest: self.nearest(request),
-            unreadable: self.unreadable(request),
+            unreadable: self.unreadable(request).into(),
             folders: beside
                 .chain(self.places.iter().filter(|p| !p.path.is_file()).map(|place| &place.path))
                 .cloned()

@@ -372,7 +372,7 @@ impl Adaptive for Explicit {
         let largest = speed.max(acceleration);
         let predicted =
             if largest <= 1e-15 { tiny.max(h * 1e-3) } else { (0.01 / largest).powf(1.0 / self.pair.order) };
-        let step = predicted.min(100.0 * h).min(longest);
+        let step = predicted.min(100.0 * h).max(run.least_first_step()).min(longest);
         Ok(if step.is_finite() { step } else { h })
     }
 

@@ -76,7 +76,9 @@ fn impossible(gaps: &[Gap], scene: &Scene) -> SessionError {
         diagnostic = if k == 0 { diagnostic.at(span, text) } else { diagnostic.context(span, text) };
     }
     let others = match joints.len() {
-        1 => "the gaps are those where the bodies miss least; those of other joints that it contradicts are round-off beside them",
+        1 => {
+            "the gaps are those where the bodies miss least; those of other joints that it contradicts are round-off beside them"
+        }
         _ => "the gaps are those where the bodies miss least; other joints are not part of the conflict",
     };
     let diagnostic = diagnostic

@@ -140,9 +140,7 @@ impl Decision<'_> {
     /// How many of the contacts and frictions that are at rest begin to move with a choice.
     fn moving(&self, choice: &Choice, p: &DVector<f64>) -> usize {
         let w = &self.meeting.delassus * p + self.b;
-        let moves = |one: &&Held| {
-            !one.moves && norm(one.rate(self.grip(one), &w)) > 2.0 * self.none(one, p).0
-        };
+        let moves = |one: &&Held| !one.moves && norm(one.rate(self.grip(one), &w)) > 2.0 * self.none(one, p).0;
         let opens = |k: &&usize| w[self.meeting.first[**k]] > self.none[self.meeting.first[**k]];
         choice.held.iter().filter(moves).count() + self.candidates.iter().filter(opens).count()
     }
@@ -162,7 +160,8 @@ impl Decision<'_> {
         for one in held.iter_mut().filter(|one| !one.moves) {
             let grip = self.grip(one);
             let tends = one.rate(grip, self.b);
-            let is_pushed = one.is_drawn() || norm(tends) > grip.rows.iter().fold(0.0_f64, |most, row| most.max(self.none[*row]));
+            let is_pushed =
+                one.is_drawn() || norm(tends) > grip.rows.iter().fold(0.0_f64, |most, row| most.max(self.none[*row]));
             one.direction = if is_pushed { unit(tends) } else { [0.0; 2] };
             one.moves = grip.fixed && is_pushed;
         }

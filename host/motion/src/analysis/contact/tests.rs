@@ -269,7 +269,9 @@ fn what_can_stay_at_rest_stays() {
             .expect("contacts at rest are decided");
         assert!(off(&meeting, &b, &found.forces) < 1e-7, "{number}: {:.1e}", off(&meeting, &b, &found.forces));
         assert!(!holds || !moves(&found.forces), "{number}: it could stay");
-        let alone = meeting.complementary(&b, &candidates, meeting.held(1.0, &b, &meeting.none(1e-9)), &meeting.none(1e-9)).expect("the same");
+        let alone = meeting
+            .complementary(&b, &candidates, meeting.held(1.0, &b, &meeting.none(1e-9)), &meeting.none(1e-9))
+            .expect("the same");
         went += u32::from(holds && moves(&alone.forces));
     }
     assert!(went > 10, "{went}");
@@ -345,8 +347,9 @@ fn several_motions_are_told_in_every_order() {
         let motion = |points: &[Point]| {
             let (meeting, jacobian) = touching(points, inertia);
             let b = &jacobian * &push;
-            let found =
-                meeting.at_rest(&b, &meeting.touching, meeting.held(1.0, &b, &meeting.none(1e-9)), &meeting.none(1e-9)).expect("it is decided");
+            let found = meeting
+                .at_rest(&b, &meeting.touching, meeting.held(1.0, &b, &meeting.none(1e-9)), &meeting.none(1e-9))
+                .expect("it is decided");
             let masses = DVector::from_vec(vec![1.0, 1.0, 1.0 / inertia]);
             (masses.component_mul(&(jacobian.transpose() * &found.forces)), found.several.len())
         };
