@@ -303,7 +303,7 @@ fn what_contacts_do_not_go_with_is_refused() {
         (
             table(("0, 0.03]", "0, 0.02]")),
             &[][..],
-            ["ODY0501", "`contact` is unilateral, and its row `gap` is -1.000e-2"],
+            ["ODY0501", "`contact` is unilateral, and its row `gap` is -0.01 m"],
         ),
         (
             TABLE.into(),

@@ -677,8 +677,8 @@ static inline void odyn_force(odyn_tape o, uint32_t frame, odyn_vector force) {
 static inline void odyn_torque(odyn_tape o, uint32_t frame, odyn_vector torque) {
     odyn_result_vector(o, ODYN_OUT_TORQUE, frame, torque);
 }
-/* `force` at the origin of frame j, and its opposite on the body of frame i along the same line. Of a force between the two origins
- * (springs, dampers) the moment on i is zero, which the host cannot see: two calls of `odyn_force` cost a part of it. */
+/* `force` at the origin of frame j, and its opposite on the body of frame i along the same line. Of a force between the two
+ * origins (springs, dampers) the moment on i is zero, which the host cannot see: two calls of `odyn_force` cost a part of it. */
 static inline void odyn_force_pair(odyn_tape o, uint32_t i, uint32_t j, odyn_vector force) {
     odyn_vector lever = odyn_vec_sub(o, odyn_position(o, j), odyn_position(o, i));
     odyn_vector back = odyn_vec_neg(o, force);

@@ -14,7 +14,7 @@
 use super::events::Events;
 use super::interpolation::{Interpolation, hermite};
 use super::run::{Run, Trouble, all_finite, final_trouble_of};
-use super::steps::RECOVERY_FACTOR;
+use super::steps::{RECOVERY_FACTOR, why_none};
 use super::{Accepted, Integrator, Options, StopReason};
 
 /// Nodes of a step, both ends included.
@@ -81,8 +81,11 @@ impl Integrator for Kinematic {
         let limit = run.options.fixed_step.unwrap_or(f64::INFINITY);
         let first = run.options.first_step.unwrap_or(FIRST_SHARE * (run.span.t_end - run.span.t_start));
         let (mut h, mut turned_at) = (first, None);
+        // A time that no step led to yet, and why.
+        let mut barred: Option<(f64, StopReason)> = None;
         while run.t < run.span.t_end {
             run.check_step_limit()?;
+            barred = barred.filter(|(time, _)| run.t < *time);
             h = h.min(run.longest_step(y)).min(limit);
             let t_new = run.step_end(h);
             let t_new = events.end_of_step(run, t_new, &C);
@@ -122,10 +125,12 @@ impl Integrator for Kinematic {
                 // Nothing is integrated that could be hard to follow: a kink is right ahead that nothing told of, or there is no way.
                 let tried = turned_at.replace(run.t) == Some(run.t);
                 let beyond = if tried { None } else { self.turned(run, y).unwrap_or(None) };
-                let Some(beyond) = beyond else { return Err(Trouble::Stop(reason)) };
+                let Some(beyond) = beyond else { return Err(Trouble::Stop(why_none(reason, barred))) };
                 self.finish_step(run, y, beyond)?;
                 run.rhs(run.t, y, &mut self.rates[0], 0.0)?;
                 (h, turned_at) = (first, Some(run.t));
+            } else if matches!(reason, StopReason::Failed { .. }) {
+                barred = Some((t_new, reason));
             }
         }
         Ok(())

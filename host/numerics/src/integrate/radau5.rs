@@ -24,7 +24,7 @@ const SQUARES: f64 = 6.0;
 /// Changes that round-off makes, measured once, within which those of an iteration are round-off.
 const ROUND_OFF: f64 = 10.0;
 /// Round-off beyond this share of the error test is not taken for a solution.
-const MOST_ROUND_OFF: f64 = 0.03;
+const MOST_ROUND_OFF: f64 = 0.003;
 /// Share of a step within which it is made to end at a sample rather than beside it.
 const NEAR_SAMPLE: f64 = 0.01;
 

@@ -226,9 +226,12 @@ pub(super) fn adaptive_steps(
     let mut events = Events::new(run, method.reach());
     let mut stops = Stops::new(run);
     let mut scratch = vec![0.0; y.len()];
+    // A time that no step led to yet, and why.
+    let mut barred: Option<(f64, StopReason)> = None;
     while run.t < run.span.t_end {
         run.check_step_limit()?;
         h = h.min(run.longest_step(y));
+        barred = barred.filter(|(time, _)| run.t < *time);
         let t_new = end_at.take().unwrap_or_else(|| method.step_end(run, h));
         let t_new = events.end_of_step(run, t_new, method.seen());
         let tried = t_new - run.t;
@@ -323,10 +326,19 @@ pub(super) fn adaptive_steps(
         run.reject(&reason);
         method.rejected();
         if h < run.smallest_step() {
-            return Err(Trouble::Stop(reason));
+            return Err(Trouble::Stop(why_none(reason, barred)));
+        }
+        if matches!(reason, StopReason::Failed { .. }) {
+            barred = Some((t_new, reason));
         }
     }
     Ok(End::Completed)
+}
+
+/// Why no step is possible: the reason of the last one, unless that is its size alone and another time was not to be had before.
+pub(super) fn why_none(reason: StopReason, barred: Option<(f64, StopReason)>) -> StopReason {
+    let is_told = matches!(reason, StopReason::Failed { .. } | StopReason::NotFinite { .. });
+    barred.filter(|_| !is_told).map_or(reason, |(_, failed)| failed)
 }
 
 /// Whether two derivatives at one state differ by less than the tolerance over a step of this size.

@@ -211,7 +211,7 @@ fn drives_at_different_speeds_are_refused() {
     let text = error.to_string();
     assert!(text.contains("contradict each other"), "{text}");
     assert!(
-        error.diagnostics.iter().any(|found| format!("{found:?}").contains("row `angle` stays off by 0.5")),
+        error.diagnostics.iter().any(|found| format!("{found:?}").contains("row `angle` stays off by 1 rad/s")),
         "{text}"
     );
 }
