@@ -69,7 +69,7 @@ impl Table {
     /// The names of the columns beside the times; `None` where that is not found out by the beginning of the file.
     #[must_use]
     pub fn columns_of(path: &Path) -> Option<Vec<String>> {
-        const BEGINNING: u64 = 64 << 10;
+        const BEGINNING: u64 = 8 << 10;
         let mut bytes = Vec::new();
         File::open(path).ok()?.take(BEGINNING).read_to_end(&mut bytes).ok()?;
         let whole = bytes.iter().rposition(|byte| *byte == b'\n').map_or(&bytes[..], |end| &bytes[..=end]);

@@ -12,10 +12,12 @@ use crate::scene::{CheckRecord, Formula, Reference, Scene};
 
 /// The tables of checks that are not there, or have no such column, before a run that would have nothing to be compared with at its end.
 pub(super) fn missing_tables(scene: &Scene) -> Vec<Diagnostic> {
-    let missing = |record: &CheckRecord| {
+    let mut columns = HashMap::new();
+    let mut missing = |record: &CheckRecord| {
         let Reference::Csv { path, column } = &record.reference else { return None };
-        let Some(error) = scene.source.beside(&path.value).metadata().err() else {
-            let names = Table::columns_of(&scene.source.beside(&path.value))?;
+        let file = scene.source.beside(&path.value);
+        let Some(error) = file.metadata().err() else {
+            let names = columns.entry(file.clone()).or_insert_with(|| Table::columns_of(&file)).as_ref()?;
             let known: Vec<&str> = names.iter().map(String::as_str).collect();
             let message = format!(
                 "`{}` has no column `{column}`, which the check `{}` compares with",
@@ -32,7 +34,7 @@ pub(super) fn missing_tables(scene: &Scene) -> Vec<Diagnostic> {
         let diagnostic = Diagnostic::warning(codes::BAD_TABLE_FILE, message).at(path.span.clone(), error.to_string());
         Some(diagnostic.help("the path is relative to the folder of the scene; a run without it computes everything, and the check fails"))
     };
-    scene.checks.iter().filter_map(missing).collect()
+    scene.checks.iter().filter_map(&mut missing).collect()
 }
 
 impl Session {
