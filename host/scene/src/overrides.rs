@@ -118,17 +118,17 @@ enum Target {
 }
 
 fn set(root: &mut RawTable, path: &[&str], value: RawValue, span: std::ops::Range<usize>) -> Result<(), Diagnostic> {
-    let (table, rest, keys) = match find_target(root, path, &span)? {
-        Target::Section if path.len() == 1 => (root, path, Vec::new()),
-        Target::Section => (section(root, path[0], &span), &path[1..], keys_of(path[0])),
-        Target::Parameter => (section(root, "parameters", &span), path, Vec::new()),
+    let (table, rest, list) = match find_target(root, path, &span)? {
+        Target::Section if path.len() == 1 => (root, path, ""),
+        Target::Section => (section(root, path[0], &span), &path[1..], path[0]),
+        Target::Parameter => (section(root, "parameters", &span), path, ""),
         Target::Named(list, index) => {
             let skipped = if path[0] == list { 2 } else { 1 };
-            (named(root, list, index), &path[skipped..], keys_of(list))
+            (named(root, list, index), &path[skipped..], list)
         }
     };
     let whole = path.join(".");
-    begin_list(table, rest, &keys, &whole, &span)?;
+    begin_list(table, rest, list, &whole, &span)?;
     set_inside(table, rest, value, &span)
         .map_err(|at| bad(format!("`{at}` in `{whole}` is not a table")).at(span.clone(), ""))
 }
@@ -151,15 +151,17 @@ fn keys_of(table: &str) -> Vec<Key> {
 fn begin_list(
     table: &mut RawTable,
     path: &[&str],
-    keys: &[Key],
+    list: &str,
     whole: &str,
     span: &std::ops::Range<usize>,
 ) -> Result<(), Diagnostic> {
     let [key, _, ..] = path else { return Ok(()) };
-    let schema = keys.iter().find(|(known, ..)| known == key).map(|(_, schema, _)| schema);
-    let Some(schema) = schema.filter(|schema| schema["type"] == "array" && table.get(key).is_none()) else {
+    if table.get(key).is_some() {
         return Ok(());
-    };
+    }
+    let keys = keys_of(list);
+    let schema = keys.iter().find(|(known, ..)| known == key).map(|(_, schema, _)| schema);
+    let Some(schema) = schema.filter(|schema| schema["type"] == "array") else { return Ok(()) };
     let Some(left_out) = schema["default"].as_array() else {
         let before = whole.split(key).next().unwrap_or_default();
         let message = format!("`{whole}` cannot be set alone: the scene has no `{before}{key}`");

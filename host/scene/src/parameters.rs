@@ -115,6 +115,9 @@ pub(super) fn read(
 
 /// Warns of parameters whose names stand in no text of the scene, those of other parameters among them.
 pub(super) fn warn_of_unused(root: &RawTable, parameters: &Parameters, diagnostics: &mut Vec<Diagnostic>) {
+    if parameters.is_empty() {
+        return;
+    }
     let mut words = HashSet::new();
     collect_words(root, &mut words);
     for parameter in parameters.iter().filter(|parameter| !words.contains(parameter.name.as_str())) {

@@ -123,7 +123,7 @@ impl Integrator for Kinematic {
             run.reject(&reason);
             if h < run.smallest_step() {
                 // Nothing is integrated that could be hard to follow: a kink is right ahead that nothing told of, or there is no way.
-                let tried = turned_at.replace(run.t) == Some(run.t);
+                let tried = turned_at == Some(run.t);
                 let beyond = if tried { None } else { self.turned(run, y).unwrap_or(None) };
                 let Some(beyond) = beyond else { return Err(Trouble::Stop(why_none(reason, barred))) };
                 self.finish_step(run, y, beyond)?;

@@ -160,8 +160,7 @@ impl Decision<'_> {
         for one in held.iter_mut().filter(|one| !one.moves) {
             let grip = self.grip(one);
             let tends = one.rate(grip, self.b);
-            let is_pushed =
-                one.is_drawn() || norm(tends) > grip.rows.iter().fold(0.0_f64, |most, row| most.max(self.none[*row]));
+            let is_pushed = one.is_drawn() || norm(tends) > grip.largest(|row| self.none[row]);
             one.direction = if is_pushed { unit(tends) } else { [0.0; 2] };
             one.moves = grip.fixed && is_pushed;
         }
@@ -458,8 +457,7 @@ impl Decision<'_> {
     /// What of its rates is none, and how much they give way.
     fn none(&self, one: &Held, p: &DVector<f64>) -> (f64, f64) {
         let (grip, meeting) = (self.grip(one), self.meeting);
-        let largest = |of: &dyn Fn(usize) -> f64| grip.rows.iter().fold(0.0_f64, |most, row| most.max(of(*row)));
-        let (none, way) = (largest(&|row| self.none[row]), largest(&|row| meeting.delassus[(row, row)]));
+        let (none, way) = (grip.largest(|row| self.none[row]), grip.largest(|row| meeting.delassus[(row, row)]));
         (none + NO_ACCELERATION * meeting.bound(one.bound, p) * way, way)
     }
 

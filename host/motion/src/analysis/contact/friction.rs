@@ -62,6 +62,11 @@ impl Grip {
         if self.across(v, none) == [0.0; 2] { self.free(v) } else { v }
     }
 
+    /// The largest of what its rows have.
+    pub(super) fn largest(&self, of: impl Fn(usize) -> f64) -> f64 {
+        self.rows.iter().fold(0.0, |most, row| most.max(of(*row)))
+    }
+
     /// What of it is across these, if that is more than `none`.
     fn across(&self, v: [f64; 2], none: f64) -> [f64; 2] {
         let [x, y] = self.free(v);
@@ -210,9 +215,14 @@ impl Meeting {
         }
     }
 
+    /// How much the rows of a grip give way to what acts along them, together.
+    fn way_in_plane(&self, grip: &Grip) -> f64 {
+        grip.rows.iter().map(|row| self.delassus[(*row, *row)]).sum()
+    }
+
     /// How fast the rows of a grip may move without doing so, where speeds are of this size.
     pub(super) fn no_slip(&self, grip: &Grip, speed: f64) -> f64 {
-        let size = grip.rows.iter().fold(0.0_f64, |most, row| most.max(self.sizes[*row]));
+        let size = grip.largest(|row| self.sizes[row]);
         let none = if grip.rows.len() > 1 { self.still.max(super::NO_SPEED) } else { super::NO_SPEED };
         none * speed * size
     }
@@ -221,7 +231,7 @@ impl Meeting {
     pub(super) fn held(&self, speed: f64, of_rows: &DVector<f64>, none: &[f64]) -> Vec<Held> {
         let held = |(place, grip): (usize, &Grip)| {
             let moving = self.moving(grip, speed);
-            let none = grip.rows.iter().fold(0.0_f64, |most, row| most.max(none[*row]));
+            let none = grip.largest(|row| none[row]);
             Held {
                 grip: place,
                 bound: grip.contact.map_or(Bound::Known(grip.limit), |contact| Bound::Share(grip.limit, contact)),
@@ -387,7 +397,7 @@ impl Meeting {
                 let one = &mut held[place];
                 let grip = &self.grips[one.grip];
                 let bound = self.bound(one.bound, &p);
-                let way: f64 = grip.rows.iter().map(|row| self.delassus[(*row, *row)]).sum();
+                let way = self.way_in_plane(grip);
                 let rate = one.rate(grip, &w);
                 let moved = [0, 1].map(|k| bound * one.direction[k] + rate[k] / way);
                 // Across it at most: what would turn back sticks.
@@ -435,7 +445,7 @@ impl Meeting {
                 let one = &held[*place];
                 let grip = &self.grips[one.grip];
                 let ([x, y], [u, v]) = (one.direction, one.rate(grip, &w));
-                let way: f64 = grip.rows.iter().map(|row| self.delassus[(*row, *row)]).sum();
+                let way = self.way_in_plane(grip);
                 let size = self.bound(one.bound, &p) * way + norm([u, v]);
                 if size > 0.0 { [(x * v - y * u) / size, (x * u + y * v) / size] } else { [0.0; 2] }
             };

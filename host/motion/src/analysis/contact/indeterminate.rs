@@ -158,7 +158,7 @@ impl Meeting {
 
     /// Where a grip begins to slide to, if its rows have these accelerations.
     fn begins(&self, grip: &Grip, w: &DVector<f64>) -> Option<[f64; 2]> {
-        let none = grip.rows.iter().fold(0.0_f64, |most, row| most.max(self.no_acceleration(*row)));
+        let none = grip.largest(|row| self.no_acceleration(row));
         let rate = grip.motion(pair(&grip.rows, |row| w[row]), none);
         (norm(rate) > none).then(|| direction_of(rate))
     }

@@ -94,7 +94,7 @@ impl Shares {
             normals: normals.iter().map(|k| one[*k]).collect(),
             forces: forces.iter().map(|own| [0, 1].map(|k| own.get(k).map_or(0.0, |k| one[*k]))).collect(),
         };
-        let size_of = |grip: &Grip| grip.rows.iter().fold(0.0_f64, |most, row| most.max(meeting.sizes[*row]));
+        let size_of = |grip: &Grip| grip.largest(|row| meeting.sizes[row]);
         let in_list = |contact: usize| closed.iter().position(|k| *k == contact);
         let along_rows = |one: &DVector<f64>| {
             let mut forces = DVector::zeros(meeting.rows.len());
