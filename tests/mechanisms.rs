@@ -327,6 +327,31 @@ fn loads_on_each_body_are_in_balance() {
     assert!(found.cases.iter().all(|case| case.left.iter().all(|left| *left < 1e-12)), "{:?}", found.cases);
 }
 
+/// The mass that elements bring acts on the body through them, and is none of its own: 10 N on 2 kg and an inertance of 3 kg.
+#[test]
+fn the_mass_of_elements_is_none_of_the_body() {
+    for (element, own) in [
+        ("type = \"inerter\"\npoints = [[-1, 0, 0], [0, 0, 0]]\nparams.inertance = 3", 4.0),
+        ("type = \"added-mass\"\npoint = [0, 0, 0]\nparams.mass = 3", 4.0),
+    ] {
+        let bodies = if element.contains("inerter") { "[\"ground\", \"slide\"]" } else { "[\"slide\"]" };
+        let text = format!(
+            "[plugins]\nlibraries = [\"joints\", \"forces\"]\n[simulation]\nt_end = 1\noutput_step = 0.1\n\
+             [[body]]\nname = \"slide\"\nmass = 2\ninertia = [0.1, 0.1, 0.1]\n\
+             [[joint]]\nname = \"guide\"\ntype = \"translational\"\nbodies = [\"ground\", \"slide\"]\naxis = [1, 0, 0]\n\
+             [[force]]\nname = \"mass\"\nbodies = {bodies}\n{element}\n\
+             [[force]]\nname = \"pull\"\ntype = \"vector-force\"\nbodies = [\"ground\", \"slide\"]\nparams.x = \"10\"\n"
+        );
+        let found = loads_of(&|| open_text(&text, &[]), "slide", &[0.0, 0.5]);
+        assert_eq!(found.mass, 2.0);
+        assert!((found.inertia[0][0] - 0.1).abs() < 1e-15, "{:?}", found.inertia);
+        for case in &found.cases {
+            assert!(case.left.iter().all(|left| *left < 1e-12), "{element}: {:?}", case.left);
+            assert!((case.inertia.force[0] + own).abs() < 1e-9, "{element}: {:?}", case.inertia);
+        }
+    }
+}
+
 /// A scissor lift on a slide: all that holds the roller meets at its centre of mass, so that every moment on it is round-off.
 #[test]
 fn moments_of_round_off_are_in_balance() {

@@ -438,8 +438,8 @@ impl Balance {
         let own = &session.model.bodies[self.body];
         let marker = &session.model.elements[self.joint].markers[self.frame];
         let axis = marker.rotation.column(2);
-        let inertia = axis.dot(&(own.inertia * axis));
-        let radius = radius.unwrap_or((size / (0.1 * own.mass)).min(0.1 * inertia / size));
+        let inertia = axis.dot(&(own.own_inertia() * axis));
+        let radius = radius.unwrap_or((size / (0.1 * own.own_mass())).min(0.1 * inertia / size));
         if !(size > 0.0 && radius > 0.0) {
             return Err(cannot(session, "no counterweight makes the force less".into(), "see the harmonics"));
         }

@@ -110,7 +110,7 @@ pub(crate) fn complex(matrix: &DMatrix<f64>, vector: &ComplexVector) -> ComplexV
 pub(crate) fn own_masses(model: &Model, layout: &Layout, inputs: &[f64]) -> Vec<DMatrix<f64>> {
     let own = |(b, body): (usize, &crate::model::Body)| {
         let turn: Matrix3<f64> = rotation(&std::array::from_fn(|k| inputs[layout.body_slot(b, 3 + k)]));
-        let inertia = body.lent.as_ref().map_or(body.inertia, |lent| lent.own_inertia);
+        let inertia = body.own_inertia();
         let mut block = DMatrix::zeros(6, 6);
         block.view_mut((0, 0), (3, 3)).fill_diagonal(body.own_mass());
         block.view_mut((3, 3), (3, 3)).copy_from(&(turn * inertia * turn.transpose()));

@@ -161,17 +161,18 @@ impl Watch {
         if own.particle {
             notes.push("it is a particle: it has no moments".into());
         }
+        let inertia = own.own_inertia();
         Ok(Self {
             body,
             gravity: model.gravity,
-            tensor: own.inertia,
+            tensor: inertia,
             values: Evaluator::new(&equations.graph, &nodes),
             layout,
             loads: Loads {
                 body: name.into(),
-                mass: own.mass,
+                mass: own.own_mass(),
                 center_of_mass: own.center_of_mass.into(),
-                inertia: std::array::from_fn(|i| std::array::from_fn(|j| own.inertia[(i, j)])),
+                inertia: std::array::from_fn(|i| std::array::from_fn(|j| inertia[(i, j)])),
                 attachments,
                 cases: Vec::new(),
                 notes,

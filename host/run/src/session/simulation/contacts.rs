@@ -210,7 +210,7 @@ impl Touch {
 /// Forces and torques of gravity on the bodies, six each.
 fn weights(model: &Model) -> Vec<f64> {
     let weight = |body: &crate::model::Body| {
-        let force = body.mass * model.gravity;
+        let force = body.own_mass() * model.gravity;
         [force.x, force.y, force.z, 0.0, 0.0, 0.0]
     };
     model.bodies.iter().flat_map(weight).collect()
