@@ -1,6 +1,7 @@
 //! Equilibria that friction holds: closed forms, shares that rigid bodies leave open, runs that start there and stay.
 
-use odyn::analyses::modes::Stability;
+use odyn::analyses::modes::{Modes, Stability};
+use odyn::analyses::place::{At, place};
 use odyn::analyses::statics::{self, Equilibrium};
 use odyn::results::EventKind;
 
@@ -216,6 +217,47 @@ fn what_sticks_stays_and_the_rest_goes_to_its_equilibrium() {
     let found = rest(&text(4.0));
     assert!((found.friction[0].share - 5.0 / 4.0).abs() < 1e-9 && !found.friction[0].holds, "{:?}", found.friction);
     assert!(found.outputs[0].value.abs() < 1e-9 && (found.outputs[1].value + 0.3).abs() < 1e-9, "{:?}", found.outputs);
+}
+
+/// A ball that rolls in a hollow swings with sqrt(5 g / (7 (R - r))), wherever the search for its rest begins.
+#[test]
+fn a_ball_rests_where_it_rolls_to() {
+    for x in [0.001, 0.01, 0.08, 0.12] {
+        let text = format!(
+            "{HEAD}[[body]]\nname = \"ball\"\nmass = 1\ninertia = [0.004, 0.004, 0.004]\nposition = [{x:?}, 0, {z:?}]\n\
+             [[joint]]\nname = \"plane\"\ntype = \"planar\"\nbodies = [\"ground\", \"ball\"]\npoint = [0.1, 0, -0.38]\naxis = [0, 1, 0]\n\
+             [[joint]]\nname = \"hollow\"\ntype = \"ball-contact\"\nbodies = [\"ground\", \"ball\"]\n\
+             frames = [{{ position = [0, 0, 0] }}, {{ position = [0, 0, 0] }}]\n\
+             params = {{ radius_i = 0.5, radius_j = 0.1, inside = true, mu = 0.4 }}\n",
+            z = -0.4_f64.mul_add(0.4, -x * x).sqrt()
+        );
+        let found = rest(&text);
+        let [one] = found.friction.as_slice() else { panic!("{x}: {:?}", found.friction) };
+        assert!(one.holds && one.share < 1e-6, "{x}: {one:?}");
+        let rolls = (5.0 * 9.81 / (7.0 * 0.4_f64)).sqrt() / std::f64::consts::TAU;
+        let [mode] = found.modes.modes.as_slice() else { panic!("{x}: {:?}", found.modes.modes) };
+        assert!((mode.frequency - rolls).abs() < 1e-9, "{x}: {} for {rolls}", mode.frequency);
+    }
+}
+
+/// Small motions at an equilibrium say what it takes friction for.
+#[test]
+fn small_motions_say_what_friction_does() {
+    for (limit, words) in [(2.0, "friction cannot hold the scene"), (20.0, "friction holds the scene where it stands")]
+    {
+        let text = format!(
+            "{HEAD}[[body]]\nname = \"block\"\nmass = 2\ninertia = [0.1, 0.1, 0.1]\n\
+             [[joint]]\nname = \"guide\"\ntype = \"translational\"\nbodies = [\"ground\", \"block\"]\naxis = [1, 0, -1]\n\
+             [[joint]]\nname = \"grip\"\ntype = \"dry-friction\"\nbodies = [\"ground\", \"block\"]\naxis = [1, 0, -1]\nparams.force = {limit:?}\n\
+             [[force]]\nname = \"spring\"\ntype = \"translational-spring-damper\"\nbodies = [\"ground\", \"block\"]\n\
+             points = [[-1, 0, 1], [0, 0, 0]]\nparams = {{ stiffness = 100, free_length = 1.4142135623730951 }}\n"
+        );
+        let placed = place(&|| Ok(open_text(&text, &[])), At::Equilibrium, &mut |_| ()).unwrap();
+        let linear = placed.linear(Some(&[]), Some(&[])).unwrap();
+        let modes = Modes::of(&placed.session, &linear).unwrap();
+        assert!(modes.notes.iter().any(|note| note.contains(words)), "{limit}: {:?}", modes.notes);
+        assert_eq!(modes.notes, rest(&text).modes.notes);
+    }
 }
 
 /// A weight that slides, or screws itself, down an upright axis: how far a step may go does not decide whether it is found out.

@@ -217,6 +217,6 @@ fn the_end_of_a_run_is_a_place_to_look_at() {
         session.stand_at(state())?;
         Ok(session)
     };
-    let (_, instant) = place(&open, At::Start, &mut |_| ()).unwrap_or_else(|error| panic!("{error}"));
+    let instant = place(&open, At::Start, &mut |_| ()).unwrap_or_else(|error| panic!("{error}")).instant;
     assert!((instant.time - 0.1).abs() < 1e-15, "{}", instant.time);
 }

@@ -9,13 +9,13 @@ use odyn::analyses::kinematics::{Drive, kinematics as moved};
 use odyn::analyses::linear::Linear;
 use odyn::analyses::loads::loads as loads_on;
 use odyn::analyses::modes::Modes;
-use odyn::analyses::place;
+use odyn::analyses::place::{self, Placed};
 use odyn::analyses::prescribed::{Motion, amount, quantity};
 use odyn::analyses::sensitivity::{Request as Wanted, Sensitivities};
 use odyn::analyses::statics as rest;
 use odyn::diagnostics::{Diagnostic, codes};
 use odyn::scene::{Dimension, Override};
-use odyn::session::{Instant, RunOptions, Session, SessionError};
+use odyn::session::{RunOptions, Session, SessionError};
 use pyo3::prelude::*;
 
 use crate::array::Array;
@@ -49,12 +49,7 @@ pub(crate) enum At {
 }
 
 /// A scene at the state that is asked for, or at the end of the run in a folder.
-fn placed(
-    model: &Model,
-    at: &At,
-    from: Option<&PathBuf>,
-    listen: &dyn Fn(f64),
-) -> Result<(Session, Instant), SessionError> {
+fn placed(model: &Model, at: &At, from: Option<&PathBuf>, listen: &dyn Fn(f64)) -> Result<Placed, SessionError> {
     let open = || -> Result<Session, SessionError> {
         let mut session = model.session()?;
         if let Some(from) = from {
@@ -99,9 +94,9 @@ pub(crate) fn modes(
     progress: Listener,
 ) -> PyResult<String> {
     answered(py, progress, |desk| {
-        let (session, instant) = placed(model, &at, start.as_ref(), &desk.interrupting())?;
-        let linear = Linear::at(&session, &instant, Some(&[]), Some(&[]))?;
-        Ok(json(&Modes::of(&session, &linear)?))
+        let placed = placed(model, &at, start.as_ref(), &desk.interrupting())?;
+        let linear = placed.linear(Some(&[]), Some(&[]))?;
+        Ok(json(&Modes::of(&placed.session, &linear)?))
     })
 }
 
@@ -129,8 +124,8 @@ pub(crate) fn linearise(
     progress: Listener,
 ) -> PyResult<([Array; 4], String)> {
     answered(py, progress, |desk| {
-        let (session, instant) = placed(model, &at, start.as_ref(), &desk.interrupting())?;
-        let linear = Linear::at(&session, &instant, inputs.as_deref(), outputs.as_deref())?;
+        let placed = placed(model, &at, start.as_ref(), &desk.interrupting())?;
+        let linear = placed.linear(inputs.as_deref(), outputs.as_deref())?;
         let matrices = [&linear.a, &linear.b, &linear.c, &linear.d]
             .map(|one| Array::matrix([one.nrows(), one.ncols()], |row, column| one[(row, column)]));
         let Linear { time, at_rest, states, inputs, outputs, notes, .. } = &linear;

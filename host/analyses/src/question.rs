@@ -13,10 +13,10 @@ use crate::diagnostics::{Diagnostic, codes};
 use crate::fit::{self, Fit};
 use crate::inverse::{Inverse, inverse};
 use crate::kinematics::{Drive, Kinematics, kinematics};
-use crate::linear::{self, Linear, refuse};
+use crate::linear::{self, refuse};
 use crate::loads::{Loads, loads};
 use crate::modes::Modes;
-use crate::place::{At, place};
+use crate::place::{At, Placed, place};
 use crate::prescribed::{Motion, amount};
 use crate::scene::{Dimension, Override};
 use crate::sensitivity::{self, Sensitivities};
@@ -216,13 +216,13 @@ impl Question {
                 }
             }),
             Self::Modes { at } => {
-                let (session, instant) = Self::place(&open, at, &mut listen)?;
-                let linear = Linear::at(&session, &instant, Some(&[]), Some(&[]))?;
-                Answer::Modes(Modes::of(&session, &linear)?)
+                let placed = Self::place(&open, at, &mut listen)?;
+                let linear = placed.linear(Some(&[]), Some(&[]))?;
+                Answer::Modes(Modes::of(&placed.session, &linear)?)
             }
             Self::Linearise { at, inputs, outputs } => {
-                let (session, instant) = Self::place(&open, at, &mut listen)?;
-                Answer::Linearise(Linear::at(&session, &instant, inputs.as_deref(), outputs.as_deref())?.plain())
+                let placed = Self::place(&open, at, &mut listen)?;
+                Answer::Linearise(placed.linear(inputs.as_deref(), outputs.as_deref())?.plain())
             }
             Self::Kinematics { drive } => {
                 let session = open(None)?;
@@ -283,7 +283,7 @@ impl Question {
         open: &dyn Fn(Option<&str>) -> Result<Session, SessionError>,
         at: &str,
         listen: &mut dyn FnMut(f64),
-    ) -> Result<(Session, crate::session::Instant), SessionError> {
+    ) -> Result<Placed, SessionError> {
         let Some(at) = At::read(at) else {
             let help = "give `start`, `equilibrium` or a time in the scene's unit";
             return Err(wrong(&open(None)?, format!("`{at}` is no state of a scene"), help));

@@ -9,13 +9,13 @@ use odyn::analyses::files;
 use odyn::analyses::folder::{self, Page};
 use odyn::analyses::linear::{Linear, Port};
 use odyn::analyses::modes::{Modes, Share, Stability};
-use odyn::analyses::place::{self, At};
+use odyn::analyses::place::{self, At, Placed};
 use odyn::analyses::shown::{self, named};
 use odyn::analyses::statics::{self, Equilibrium};
 use odyn::diagnostics::{Diagnostic, codes, render};
 use odyn::results::{ResultsError, significant};
 use odyn::scene::Scene;
-use odyn::session::{Instant, Restart, Session};
+use odyn::session::{Restart, Session};
 
 use super::analyses_args::{LineariseArgs, ModesArgs, PlaceArgs, StaticsArgs};
 use super::campbell::campbell;
@@ -62,7 +62,7 @@ pub(super) fn listener(progress: &Progress, hidden: bool) -> Box<dyn FnMut(f64) 
 }
 
 /// A scene at the state that is asked for.
-fn place(args: &PlaceArgs) -> Result<(Session, Instant), Failure> {
+fn place(args: &PlaceArgs) -> Result<Placed, Failure> {
     let from = args.from.as_deref().map(Restart::read).transpose();
     let from = from.map_err(|diagnostic| Failure::new(*diagnostic).exit(exit::FILES))?;
     let at = At::read(&args.at).ok_or_else(|| {
@@ -89,8 +89,9 @@ pub(super) fn modes(args: &ModesArgs) -> Result<u8, Failure> {
     if let Some(over) = &args.over {
         return campbell(args, over);
     }
-    let (session, instant) = place(&args.place)?;
-    let linear = Linear::at(&session, &instant, Some(&[]), Some(&[]))?;
+    let placed = place(&args.place)?;
+    let linear = placed.linear(Some(&[]), Some(&[]))?;
+    let Placed { session, instant, .. } = placed;
     let modes = Modes::of(&session, &linear)?;
     let folder = args.place.output.clone().unwrap_or_else(|| folder_of(&args.place.scene, "modes"));
     let json = terminal::json(&modes);
@@ -166,8 +167,9 @@ fn tell_modes(text: &mut String, modes: &Modes, most: usize) {
 
 /// `odyn linearise`
 pub(super) fn linearise(args: &LineariseArgs) -> Result<u8, Failure> {
-    let (session, instant) = place(&args.place)?;
-    let linear = Linear::at(&session, &instant, args.inputs.as_deref(), args.outputs.as_deref())?;
+    let placed = place(&args.place)?;
+    let linear = placed.linear(args.inputs.as_deref(), args.outputs.as_deref())?;
+    let session = placed.session;
     let folder = args.place.output.clone().unwrap_or_else(|| folder_of(&args.place.scene, "linear"));
     let plain = linear.plain();
     let json = terminal::json(&plain);

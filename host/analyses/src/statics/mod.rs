@@ -82,6 +82,9 @@ pub struct Equilibrium {
     pub modes: Modes,
     /// From which of the starts; 0 is the scene's own.
     pub start: usize,
+    /// What is to be known of the place, besides its small motions. Among the notes of [`Equilibrium::modes`], too.
+    #[serde(skip)]
+    pub notes: Vec<String>,
     /// The same as the equations see it.
     #[serde(skip)]
     pub instant: Instant,
@@ -258,12 +261,14 @@ fn settle(session: &Session, search: &Search<'_>, place: Place, number: usize) -
     let layout = &session.plan.layout;
     let instant = Instant { time: inputs[0], inputs, closed, released: session.equations.released() };
     let linear = Linear::at_rest(session, &instant)?;
-    let mut modes = Modes::of(session, &linear)?;
+    let mut notes = Vec::new();
     if !not_unique.is_empty() {
-        modes.notes.push(format!("reactions that are not unique: {}", not_unique.join(", ")));
+        notes.push(format!("reactions that are not unique: {}", not_unique.join(", ")));
     }
-    say_friction(session, &friction, &mut modes.notes);
-    modes.notes.extend(beyond(session, &instant)?);
+    say_friction(session, &friction, &mut notes);
+    notes.extend(beyond(session, &instant)?);
+    let mut modes = Modes::of(session, &linear)?;
+    modes.notes.extend_from_slice(&notes);
     let bodies = (session.model.bodies.iter().enumerate()).map(|(body, record)| {
         let at = |k: usize| instant.inputs[layout.body_slot(body, k)];
         let orientation = [at(3), at(4), at(5), at(6)];
@@ -284,6 +289,7 @@ fn settle(session: &Session, search: &Search<'_>, place: Place, number: usize) -
         friction,
         modes,
         start: number,
+        notes,
         instant,
     })
 }

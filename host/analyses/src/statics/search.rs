@@ -156,11 +156,21 @@ impl<'s> Search<'s> {
         self.rest(&mut inputs);
         self.grip(&mut inputs, with_friction)?;
         let mut overcome: Vec<Held> = Vec::new();
+        let mut unfinished = false;
         loop {
             let found = self.down(&inputs, progress);
             let sticking = !self.grips.sticking(&self.closed).is_empty();
             match found {
                 Ok(Down::At(mut place)) => {
+                    // Where nothing is left to hold, whatever grips does.
+                    if std::mem::take(&mut unfinished) {
+                        let mut again = place.inputs.clone();
+                        self.grip(&mut again, with_friction)?;
+                        self.close(Vec::new());
+                        if let Ok(Down::At(held)) = self.down(&again, progress) {
+                            place = Place { steps: place.steps + held.steps, ..held };
+                        }
+                    }
                     place.friction.append(&mut overcome);
                     return Ok(place);
                 }
@@ -168,7 +178,11 @@ impl<'s> Search<'s> {
                     overcome.retain(|one| slips.iter().all(|other| other.name != one.name));
                     overcome.extend(slips);
                 }
-                Err(_) if sticking => self.grips.released.fill(true),
+                // Found without friction first.
+                Err(_) if sticking => {
+                    self.grips.released.fill(true);
+                    unfinished = true;
+                }
                 Err(reason) => return Err(reason),
             }
             // The rows in force change with those released, though the contacts may not.
