@@ -355,7 +355,7 @@ impl Audit {
     }
 
     /// The audit of a scene whose parts were integrated apart: energies and work added up; of violations the worst; the errors
-    /// of the energy balance added up, over the largest energy that moved in any part.
+    /// of the energy balance added up, over the sum of the largest energies that moved in each.
     #[must_use]
     pub fn together<'a>(parts: impl Iterator<Item = &'a Self>) -> Self {
         let mut whole = Self::default();
@@ -390,8 +390,8 @@ impl Audit {
             keep(&mut worst_sample, &mut whole.sample_energy_error_at, samples, part.sample_energy_error_at);
             whole.error += part.error;
             whole.samples.error += samples;
-            whole.largest = larger(whole.largest, part.largest);
-            whole.samples.largest = larger(whole.samples.largest, part.samples.largest);
+            whole.largest += part.largest;
+            whole.samples.largest += part.samples.largest;
         }
         whole.relate();
         whole

@@ -106,6 +106,18 @@ fn apart_and_together_agree_to_the_tolerance() {
     }
 }
 
+/// The balance of many equal islands is as good as that of one.
+#[test]
+fn energies_of_many_islands_are_judged_as_those_of_one() {
+    let of = |count: usize| {
+        let all: String = (0..count).map(|k| oscillator(&format!("m{k}"), k as f64, 10.0)).collect();
+        let audit = run(&parted(&(settings("t_end = 5; output_step = 0.1") + &all))).summary.audit;
+        [audit.energy_error_relative, audit.sample_energy_error_relative]
+    };
+    let (two, many) = (of(2), of(30));
+    assert!(two[0] > 0.0 && many.iter().zip(two).all(|(many, two)| *many < 3.0 * two), "{many:?} {two:?}");
+}
+
 #[test]
 fn a_resting_island_is_judged_by_the_sizes_of_the_whole_scene() {
     // Beside one that moves from the start, and beside one that is as much at rest, but for round-off.
