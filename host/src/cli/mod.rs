@@ -228,6 +228,8 @@ impl Command {
             Command::Plugin { command: PluginCommand::Check(args) } => args.json,
             Command::Hil(args) => args.json || args.describe,
             Command::Compare(args) => args.json,
+            Command::Export { command: ExportCommand::C(args) } => args.machine.json,
+            Command::Export { command: ExportCommand::Fmu(args) } => args.machine.json,
             _ => false,
         }
     }

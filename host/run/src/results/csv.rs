@@ -30,6 +30,21 @@ pub struct Written {
     pub sha256: String,
 }
 
+impl Written {
+    /// The part of a file that it was taken of, with its checksum; or why the file is not that one.
+    pub(super) fn part_of<'b>(&self, bytes: &'b [u8]) -> Result<(&'b [u8], Checksum), &'static str> {
+        let part = usize::try_from(self.bytes).ok().and_then(|length| bytes.get(..length));
+        let part = part.ok_or("it is shorter than at the last checkpoint")?;
+        let mut checksum = Checksum::default();
+        checksum.add(part);
+        if checksum.hex() == self.sha256 {
+            Ok((part, checksum))
+        } else {
+            Err("it is not what it was at the last checkpoint: it was damaged, or edited")
+        }
+    }
+}
+
 /// Writes a plain CSV table: one header line, `t` first, then one line per sample.
 ///
 /// Numbers have the fewest digits that read back as the same bits (`NaN`, `inf`, `-inf` where they are not finite). The
@@ -105,14 +120,9 @@ impl CsvWriter {
         let wrong =
             |reason: &str| ResultsError::NotATable { path: path.to_path_buf(), line: None, reason: reason.into() };
         let text = std::fs::read(path).map_err(|cause| ResultsError::Read { path: path.to_path_buf(), cause })?;
-        let whole = usize::try_from(kept.bytes).ok().and_then(|length| text.get(..length));
-        let Some(whole) = whole else {
-            return Err(wrong("it is shorter than at the last checkpoint"));
-        };
-        let mut checksum = Checksum::default();
-        checksum.add(whole);
-        if checksum.hex() != kept.sha256 || !whole.starts_with(&header_of(channels)) {
-            return Err(wrong("it is not what it was at the last checkpoint: it was damaged, or edited"));
+        let (whole, checksum) = kept.part_of(&text).map_err(wrong)?;
+        if !whole.starts_with(&header_of(channels)) {
+            return Err(wrong("its columns are not those of the run"));
         }
         let cut = file.set_len(kept.bytes).and_then(|()| file.seek(SeekFrom::Start(kept.bytes)));
         cut.map_err(|cause| ResultsError::write(path, cause))?;

@@ -6,7 +6,9 @@ use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 
+use super::Written;
 use super::error::ResultsError;
+use super::seal::Checksum;
 
 /// Name of the file in a folder of results.
 pub const EVENTS_FILE: &str = "events.csv";
@@ -112,19 +114,37 @@ impl Events {
         Ok(())
     }
 
-    /// Continues the file of a folder with what it has up to a time, s.
+    /// Continues the file of a folder with what was `kept` of it.
     ///
     /// # Errors
-    /// [`ResultsError::Write`].
-    pub fn go_on(&mut self, folder: &Path, unit: f64, until: f64) -> Result<(), ResultsError> {
+    /// [`ResultsError::Read`], [`ResultsError::Write`]; [`ResultsError::NotATable`] if the file is not the one of the checkpoint.
+    pub fn go_on(&mut self, folder: &Path, unit: f64, kept: &Written) -> Result<(), ResultsError> {
         let path = folder.join(EVENTS_FILE);
-        let text = std::fs::read_to_string(&path).unwrap_or_else(|_| format!("{HEADER}\n"));
-        let time = |line: &str| line.split(',').next().and_then(|word| word.parse::<f64>().ok());
-        let kept = |line: &&str| time(line).is_none_or(|time| time * unit <= until);
-        let text: String = text.lines().filter(kept).map(|line| format!("{line}\n")).collect();
-        super::replace(&path, text.as_bytes(), false)?;
+        let bytes = std::fs::read(&path).map_err(|cause| ResultsError::Read { path: path.clone(), cause })?;
+        let (part, _) = kept.part_of(&bytes).map_err(|reason| ResultsError::NotATable {
+            path: path.clone(),
+            line: None,
+            reason: reason.into(),
+        })?;
+        super::replace(&path, part, false)?;
         (self.file, self.unit) = (Some(path), unit);
         Ok(())
+    }
+
+    /// Brings the file, if there is one, to the disk. Returns what is there.
+    ///
+    /// # Errors
+    /// [`ResultsError::Read`], [`ResultsError::Write`].
+    pub fn sync(&mut self) -> Result<Option<Written>, ResultsError> {
+        self.finish()?;
+        let Some(path) = &self.file else { return Ok(None) };
+        let bytes = std::fs::read(path).map_err(|cause| ResultsError::Read { path: path.clone(), cause })?;
+        let synced = std::fs::File::open(path).and_then(|file| file.sync_data());
+        synced.map_err(|cause| ResultsError::write(path, cause))?;
+        let mut checksum = Checksum::default();
+        checksum.add(&bytes);
+        let lines = bytes.iter().filter(|byte| **byte == b'\n').count() as u64;
+        Ok(Some(Written { rows: lines.saturating_sub(1), bytes: bytes.len() as u64, sha256: checksum.hex() }))
     }
 
     /// Puts all in the order of their times: those of islands come as these continue.

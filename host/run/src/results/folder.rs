@@ -4,7 +4,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::summary::replace;
-use super::{ChannelInfo, CsvWriter, MotionHeader, MotionWriter, ResultsError, Summary, Written, channels};
+use super::{
+    ChannelInfo, CsvWriter, EVENTS_FILE, MotionHeader, MotionWriter, ResultsError, Summary, Written, channels,
+};
 
 /// Name of the table.
 pub const RESULTS_FILE: &str = "results.csv";
@@ -38,6 +40,8 @@ pub struct Kept {
     pub table: Written,
     /// The motion, where it is written.
     pub motion: Option<Written>,
+    /// The events, where there may be some: not by [`Folder`], see [`super::Events::sync`].
+    pub events: Option<Written>,
 }
 
 impl Folder {
@@ -57,6 +61,7 @@ impl Folder {
         fs::create_dir_all(path).map_err(|cause| ResultsError::write(path, cause))?;
         let table = path.join(RESULTS_FILE);
         let claimed = CsvWriter::claim(&table)?;
+        sweep(path);
         summary.write(&path.join(SUMMARY_FILE))?;
         for name in [CHECKPOINT_FILE, STATE_FILE, MOTION_FILE, DIGITS_FILE] {
             remove(&path.join(name))?;
@@ -87,7 +92,9 @@ impl Folder {
         summary: &Summary,
     ) -> Result<Self, ResultsError> {
         let table = path.join(RESULTS_FILE);
-        let table = CsvWriter::go_on(&table, CsvWriter::claim(&table)?, channels, &kept.table)?;
+        let claimed = CsvWriter::claim(&table)?;
+        sweep(path);
+        let table = CsvWriter::go_on(&table, claimed, channels, &kept.table)?;
         let motion = match (motion, &kept.motion) {
             (Some(header), Some(kept)) => Some(MotionWriter::go_on(&path.join(MOTION_FILE), header, kept)?),
             _ => None,
@@ -102,7 +109,7 @@ impl Folder {
     /// [`ResultsError::Write`].
     pub fn sync(&mut self) -> Result<Kept, ResultsError> {
         let motion = self.motion.as_mut().map(MotionWriter::sync).transpose()?;
-        Ok(Kept { table: self.table.sync()?, motion })
+        Ok(Kept { table: self.table.sync()?, motion, events: None })
     }
 
     /// A checkpoint that there is no text for.
@@ -156,6 +163,16 @@ impl Folder {
         summary.results_sha256 = Some(self.table.written().sha256);
         summary.write(&self.path.join(SUMMARY_FILE))?;
         if summary.status.reached_end() { remove(&self.path.join(CHECKPOINT_FILE)) } else { Ok(()) }
+    }
+}
+
+/// Removes what a run that was killed while it replaced a file left beside it. Should that fail, nothing is the worse for it.
+fn sweep(path: &Path) {
+    let names = [SUMMARY_FILE, CHECKPOINT_FILE, CHANNELS_FILE, STATE_FILE, EVENTS_FILE];
+    let is_left = |name: &str| name.ends_with(".tmp") && names.iter().any(|own| name.starts_with(&format!("{own}.")));
+    let entries = fs::read_dir(path).into_iter().flatten().flatten();
+    for entry in entries.filter(|entry| entry.file_name().to_str().is_some_and(is_left)) {
+        let _ = fs::remove_file(entry.path());
     }
 }
 

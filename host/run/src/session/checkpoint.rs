@@ -14,8 +14,8 @@ use crate::diagnostics::{Diagnostic, Source, codes};
 use crate::results::{AuditRecord, CHECKPOINT_FILE, Kept, Summary, Written, seal, unseal};
 use crate::scene::{AuditTolerance, Override};
 
-/// What this version writes. 2: the scene by its SHA-256, remedies among the counts. 3: checksums of the record and of the rows.
-pub(super) const FORMAT: u32 = 4;
+/// What this version writes. 2: the scene by its SHA-256, remedies among the counts. 3: checksums of the record and of the rows. 5: events by their bytes.
+pub(super) const FORMAT: u32 = 5;
 
 /// A run up to one of its checkpoints. What comes after depends on this, and on the scene, alone.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -28,11 +28,16 @@ pub struct Checkpoint {
     pub(super) resumed: u64,
     /// Start of the run, s.
     pub(super) t_start: f64,
+    /// Mobility of the scene there, before joints let go.
+    pub(super) mobility: u64,
     /// The part of the table that belongs to it.
     pub(super) table: Written,
     /// The part of the motion that belongs to it, where that is written.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) motion: Option<Written>,
+    /// The part of the events that belongs to it, where there may be some.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) events: Option<Written>,
     /// What the run is made of; another one cannot continue.
     pub(super) identity: Identity,
     /// How the scene was opened.
@@ -254,7 +259,7 @@ impl Checkpoint {
 
     /// How far the files of the run belong to it.
     pub(super) fn kept(&self) -> Kept {
-        Kept { table: self.table.clone(), motion: self.motion.clone() }
+        Kept { table: self.table.clone(), motion: self.motion.clone(), events: self.events.clone() }
     }
 
     /// The text of the file. Every number reads back as the same bits.

@@ -68,6 +68,11 @@ impl Keeper {
     /// Files that can't be written, or are not those that the checkpoint belongs to.
     pub(super) fn open(&mut self, session: &Session, summary: &mut Summary) -> Result<Samplings, SessionError> {
         summary.resumed = self.point.resumed;
+        if self.is_resumed {
+            summary.mobility = self.point.mobility;
+        } else {
+            self.point.mobility = summary.mobility;
+        }
         let mut samplings = match self.is_resumed {
             true => Samplings::go_on(session, &self.folder, &self.point.kept(), summary)
                 .map_err(|error| session.files_error(&error))?,
@@ -95,7 +100,7 @@ impl Keeper {
     fn write(&mut self, samplings: &mut Samplings) -> Result<(), ResultsError> {
         let point = &mut self.point;
         *point = samplings.checkpoint(|written| {
-            (point.table, point.motion) = (written.table, written.motion);
+            (point.table, point.motion, point.events) = (written.table, written.motion, written.events);
             let text = point.to_text()?;
             let back = Checkpoint::from_text(&text).map_err(std::io::Error::other)?;
             Ok((text, back))
@@ -119,8 +124,10 @@ fn at_start(session: &Session) -> Checkpoint {
         taken: 0,
         resumed: 0,
         t_start: session.begins.time,
+        mobility: 0,
         table: Written::default(),
         motion: None,
+        events: None,
         identity: Identity::of(&session.scene.source, &session.libraries),
         origin: session.origin.clone(),
         work: Work::default(),

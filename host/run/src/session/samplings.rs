@@ -132,8 +132,8 @@ impl Samplings {
     pub(super) fn go_on(session: &Session, path: &Path, kept: &Kept, summary: &Summary) -> Result<Self, ResultsError> {
         let mut samplings = session.no_samplings();
         samplings.folder = Some(Folder::go_on(path, &samplings.channels, session.shown.as_ref(), kept, summary)?);
-        if session.equations.has_events() {
-            samplings.events.go_on(path, session.scene.units.factor(Dimension::TIME), session.begins.time)?;
+        if let Some(kept) = &kept.events {
+            samplings.events.go_on(path, session.scene.units.factor(Dimension::TIME), kept)?;
         }
         let table = Table::read(&path.join(RESULTS_FILE))?;
         (samplings.taken, samplings.columns) = (table.times, table.columns);
@@ -147,7 +147,7 @@ impl Samplings {
         make: impl FnOnce(Kept) -> std::io::Result<(String, T)>,
     ) -> Result<T, ResultsError> {
         let folder = self.folder.as_mut().expect("runs with checkpoints have a folder");
-        let written = folder.sync()?;
+        let written = Kept { events: self.events.sync()?, ..folder.sync()? };
         let (text, made) = make(written).map_err(|cause| folder.no_checkpoint(cause))?;
         folder.checkpoint(&text)?;
         Ok(made)

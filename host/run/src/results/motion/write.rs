@@ -57,13 +57,7 @@ impl MotionWriter {
         let wrong = |reason: &str| ResultsError::NotAMotion { path: path.to_path_buf(), reason: reason.into() };
         let failed = |cause| ResultsError::write(path, cause);
         let bytes = std::fs::read(path).map_err(|cause| ResultsError::Read { path: path.to_path_buf(), cause })?;
-        let whole = usize::try_from(kept.bytes).ok().and_then(|length| bytes.get(..length));
-        let whole = whole.ok_or_else(|| wrong("it is shorter than at the last checkpoint"))?;
-        let mut checksum = Checksum::default();
-        checksum.add(whole);
-        if checksum.hex() != kept.sha256 {
-            return Err(wrong("it is not what it was at the last checkpoint: it was damaged, or edited"));
-        }
+        let (whole, checksum) = kept.part_of(&bytes).map_err(wrong)?;
         let mut file = OpenOptions::new().write(true).open(path).map_err(failed)?;
         file.set_len(kept.bytes).and_then(|()| file.seek(SeekFrom::Start(kept.bytes))).map_err(failed)?;
         let mut writer = Self::new(path, file, header);
