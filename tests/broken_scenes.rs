@@ -118,6 +118,7 @@ const CASES: &[Case] = &[
     case("length_plus_number", &[("rod.length / 2\", 0, 0]\n\n[[joint", "rod.length + 1\", 0, 0]\n\n[[joint")], Scene, &[codes::NEEDS_UNIT]),
     case("unknown_parameter", &[("rod.length / 2\", 0, 0]\n\n[[joint", "rod.lenght / 2\", 0, 0]\n\n[[joint")], Scene, &[codes::UNKNOWN_PARAMETER]),
     case("incomplete_expression", &[("rod.length / 2\", 0, 0]\n\n[[joint", "rod.length /\", 0, 0]\n\n[[joint")], Scene, &[codes::EXPRESSION_SYNTAX]),
+    case("function_of_other_programs", &[("params.stiffness = \"20 N/m\"", "params.stiffness = \"if(1, 20 N/m, 30 N/m)\"")], Scene, &[codes::EXPRESSION_SYNTAX]),
     case("division_by_zero", &[("\"2 kg\"", "\"2 kg / 0\"")], Scene, &[codes::NO_VALUE]),
     case("cyclic_parameters", &[("rod.length = \"0.5 m\"", "rod.length = \"2 * rod.half\"\nrod.half = \"rod.length / 2\"")], Scene, &[codes::PARAMETER_CYCLE]),
     // The model.

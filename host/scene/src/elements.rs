@@ -111,9 +111,12 @@ fn check_keys(kind: ElementKind, record: &Record<'_>, reader: &mut Reader<'_>) {
     for (Spanned { value: key, span }, _) in parameters {
         let message = format!("unknown key `{key}` in {}", record.what);
         let of_type = record.table.get("type").and_then(RawValue::as_text).unwrap_or("TYPE");
-        let help = format!(
-            "if it is a parameter, it stands under `params`: `params.{key}`; `odyn elements describe {of_type}` lists them"
-        );
+        let help = match key.as_str() {
+            "parameters" | "parameter" | "properties" => "parameters stand under `params`".to_owned(),
+            _ => format!(
+                "if it is a parameter, it stands under `params`: `params.{key}`; `odyn elements describe {of_type}` lists them"
+            ),
+        };
         let keys = help_for(&key, &known, "keys");
         reader.diagnostics.push(Diagnostic::error(codes::UNKNOWN_KEY, message).at(span, "").help(help).help_if(keys));
     }

@@ -84,7 +84,8 @@ fn table_of_points(
         return Err(Some(
             Diagnostic::error(codes::UNKNOWN_KEY, format!("unknown key `{}` in a function", key.value))
                 .at(key.span.clone(), "")
-                .help_if(help_for(&key.value, keys, "keys")),
+                .help_if(help_for(&key.value, keys, "keys"))
+                .help("a formula is written as a text: `\"2 * sin(3 * t)\"`; points in a file are `{ file = \"motor.csv\", columns = [\"speed\", \"torque\"] }`"),
         ));
     }
     let Some(list) = table.get("points") else {

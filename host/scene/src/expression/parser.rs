@@ -8,6 +8,28 @@ use std::ops::Range;
 /// Deepest nesting of parentheses, signs and powers.
 const DEEPEST: u32 = 64;
 
+/// How to write here what functions of other programs and languages do.
+fn of_other_programs(name: &str) -> Option<&'static str> {
+    Some(match name.to_lowercase().as_str() {
+        "if" | "iif" | "ifelse" | "where" | "select" | "piecewise" => {
+            "pieces are joined by `min` and `max`, as in `min(t, 2)`, which stays at 2 from there on; or they are points: \
+             `{ points = [[0, 0], [2, 5]], interpolation = \"linear\" }`"
+        }
+        "step" | "step5" | "havsin" | "haversin" | "smoothstep" => {
+            "a smooth step from 0 to 5 between t = 1 and t = 2 is `5 * (1 - cos(pi * min(max(t - 1, 0), 1))) / 2`"
+        }
+        "sign" | "sgn" | "heaviside" | "signum" => "`tanh(x / width)` changes its sign within a width",
+        "mod" | "fmod" | "floor" | "ceil" | "round" | "sawtooth" => {
+            "what repeats is given by points: `{ points = [[0, 0], [2, 5]], periodic = true }`"
+        }
+        "pow" | "power" => "powers are written `x^y`",
+        "log" | "log10" => "`ln(x)` is the natural logarithm, `ln(x) / ln(10)` the one to base 10",
+        "sinh" => "write `(exp(x) - exp(-x)) / 2`",
+        "cosh" => "write `(exp(x) + exp(-x)) / 2`",
+        _ => return None,
+    })
+}
+
 /// Parses a text.
 pub(crate) fn parse_with(text: &str, vocabulary: Vocabulary<'_>) -> Result<Expression, ExpressionError> {
     let mut parser = Parser { text, position: 0, depth: 0, operations: Vec::new(), vocabulary };
@@ -230,6 +252,7 @@ impl<'a> Parser<'a> {
             // `sind`: the function near to it takes radians.
             let of_degrees = name.strip_suffix('d').filter(|stem| ["sin", "cos", "tan"].contains(stem));
             let help = of_degrees.map(|stem| format!("degrees have a unit: `{stem}(30 deg)`, `{stem}(360 deg/s * t)`; of a plain number, `{stem}(x * pi / 180)`"));
+            let help = help.or_else(|| of_other_programs(name).map(str::to_owned));
             return Err(ExpressionError {
                 help: help.or_else(|| help_for(name, &names, "functions")),
                 ..ExpressionError::new(codes::EXPRESSION_SYNTAX, range, format!("unknown function `{name}`"))
