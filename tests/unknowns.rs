@@ -1,5 +1,7 @@
 //! Internal unknowns: contact points on ellipses, by every formulation and method.
 
+use std::f64::consts::PI;
+
 use odyn::session::{RunReport, Session};
 
 use crate::support::{Scratch, difference, options};
@@ -134,6 +136,145 @@ fn a_start_without_a_contact_names_element_and_unknown() {
     let text = ellipses(0.1, 0.1, 0.06, 0.06).replace("points = [[0.01, 0, 0]", "points = [[0.17, 0, 0]");
     let error = try_run(&text, &[]).map(|report| report.summary.reason).unwrap_err();
     assert!(error.contains("`contact`: its internal unknown `"), "{error}");
+}
+
+/// A flat tappet that a force holds on an eccentric, on a side of it.
+fn tappet(length: &str, side: f64, start: &str) -> String {
+    format!(
+        r#"
+[plugins]
+libraries = ["odyn-joints", "odyn-forces"]
+[units]
+length = "{length}"
+[parameters]
+R = "18 mm"
+e = "5 mm"
+w = "20 rad/s"
+d = {side}
+[simulation]
+gravity = [0, 0, 0]
+t_end = 0.2
+output_step = 0.02
+[[body]]
+name = "cam"
+mass = 1
+inertia = ["1e-3 kg m^2", "1e-3 kg m^2", "1e-3 kg m^2"]
+[[body]]
+name = "tappet"
+mass = 0.12
+inertia = ["1e-4 kg m^2", "1e-4 kg m^2", "1e-4 kg m^2"]
+position = ["(R + e * cos(d)) * cos(d)", "(R + e * cos(d)) * sin(d)", 0]
+velocity = ["e * w * sin(d) * cos(d)", "e * w * sin(d)^2", 0]
+[[joint]]
+name = "shaft"
+type = "revolute"
+bodies = ["ground", "cam"]
+axis = [0, 0, 1]
+[[joint]]
+name = "drive"
+type = "rotation-driver"
+bodies = ["ground", "cam"]
+axis = [0, 0, 1]
+params.angle = "w * t"
+[[joint]]
+name = "guide"
+type = "translational"
+bodies = ["ground", "tappet"]
+axis = ["cos(d)", "sin(d)", 0]
+[[joint]]
+name = "contact"
+type = "profile-contact"
+bodies = ["cam", "tappet"]
+points = [[0, 0, 0], ["R * cos(d)", "R * sin(d)", 0]]
+axis = [0, 0, 1]
+x_axes = [[1, 0, 0], ["cos(d)", "sin(d)", 0]]
+params = {{ radius = "e * cos(phi) + sqrt(R^2 - e^2 * sin(phi)^2)", follower = "flat", unilateral = true{start} }}
+[[force]]
+name = "spring"
+type = "translational-actuator"
+bodies = ["ground", "tappet"]
+axis = ["cos(d)", "sin(d)", 0]
+params = {{ along = "axis", of_length = "-10 N" }}
+[[output]]
+name = "x"
+quantity = "position"
+of = "tappet"
+component = "x"
+[[output]]
+name = "y"
+quantity = "position"
+of = "tappet"
+component = "y"
+"#
+    )
+}
+
+#[test]
+fn a_flat_tappet_follows_the_near_side_of_its_cam_from_any_start() {
+    for (unit, length) in [(1.0, "m"), (1e3, "mm")] {
+        for (side, start) in
+            [(0.5 * PI, ""), (0.5 * PI, ", start = -0.2"), (0.0, ", start = 3"), (-2.0, ""), (2.5, ", start = -1")]
+        {
+            let report = try_run(&tappet(length, side, start), &[]).unwrap();
+            assert_eq!(report.exit_code(), 0, "{side}{start}: {}", report.summary.reason);
+            let last = |k: usize| *report.columns[k].last().unwrap() / unit;
+            let lift = 0.018 + 0.005 * (4.0 - side).cos();
+            let off = (last(0) - lift * side.cos()).hypot(last(1) - lift * side.sin());
+            assert!(off < 1e-9, "{length}, {side}{start}: off by {off:e} m");
+        }
+    }
+}
+
+#[test]
+fn ellipses_strike_on_every_side_from_the_starts_that_nobody_gave() {
+    for quarter in 0..4 {
+        let side = 0.5 * PI * f64::from(quarter);
+        let text = format!(
+            r#"
+[plugins]
+libraries = ["odyn-joints"]
+[simulation]
+gravity = [0, 0, 0]
+t_end = 1
+output_step = 0.1
+[[body]]
+name = "disc"
+mass = 1
+inertia = [1, 1, 1]
+position = ["0.3 * cos({side})", "0.3 * sin({side})", 0]
+velocity = ["-0.6 * cos({side})", "-0.6 * sin({side})", 0]
+[[joint]]
+name = "plane"
+type = "planar"
+bodies = ["ground", "disc"]
+[[joint]]
+name = "contact"
+type = "ellipse-contact"
+bodies = ["ground", "disc"]
+points = [[0, 0, 0], ["0.3 * cos({side})", "0.3 * sin({side})", 0]]
+axis = [0, 0, 1]
+x_axis = [1, 0, 0]
+params = {{ a_i = 0.1, b_i = 0.08, a_j = 0.1, b_j = 0.08, unilateral = true, restitution = 0.5 }}
+[[output]]
+name = "x"
+quantity = "position"
+of = "disc"
+component = "x"
+[[output]]
+name = "y"
+quantity = "position"
+of = "disc"
+component = "y"
+"#
+        );
+        let report = try_run(&text, &[]).unwrap();
+        assert_eq!(report.exit_code(), 0, "{side}: {}", report.summary.reason);
+        let last = |k: usize| *report.columns[k].last().unwrap();
+        let touching = if quarter % 2 == 0 { 0.2 } else { 0.16 };
+        let end = touching + 0.3 * (1.0 - (0.3 - touching) / 0.6);
+        let off = (last(0) - end * side.cos()).hypot(last(1) - end * side.sin());
+        assert!(off < 1e-9, "{side}: off by {off:e} m");
+    }
 }
 
 /// A disc that starts at the top of a profile in the x-y plane, along which the joint guides it.

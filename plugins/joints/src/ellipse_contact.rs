@@ -4,17 +4,21 @@
 //! ## Equations
 //!
 //! The places of the contact are internal unknowns: the eccentric angles u on the first and v on the second ellipse. With
-//! P_i = p_i + a_i cos u x_i + b_i sin u y_i, its tangent t_i = dP_i/du, the outer normal N_i = b_i cos u x_i + a_i sin u y_i, and the
-//! same for j with v (Haug 1989, section 3.4; Pfeiffer & Glocker 1996, chapter 4):
+//! P_i = c_i + a_i cos u x_i + b_i sin u y_i, the outer normal N_i = b_i cos u x_i + a_i sin u y_i, the same for j with v, and Q the centre of
+//! the second ellipse where it touches the first at u, Q = P_i + (a_j^2 n_x x_j + b_j^2 n_y y_j) / sqrt(a_j^2 n_x^2 + b_j^2 n_y^2) with the
+//! parts n_x = N_i . x_j and n_y = N_i . y_j (Haug 1989, section 3.4; Pfeiffer & Glocker 1996, chapter 4):
 //!
-//! | condition | equation |
+//! | condition: the angle, -pi to pi about z_i, is zero | |
 //! |---|---|
-//! | offset | t_i . (P_j - P_i) = 0 |
-//! | common tangent | N_i . t_j = 0 |
+//! | offset | from c_j - c_i to Q - c_i |
+//! | common tangent | from -N_i to N_j |
 //!
 //! | row | equation | |
 //! |---|---|---|
 //! | gap | N_i . (P_j - P_i) / abs(N_i) = 0, or >= 0 with `unilateral` | |
+//!
+//! The centres Q are a convex curve around c_i that every ray from there meets once: for every c_j there is one pair of places, and the row has the
+//! sign of the distance, however far apart the discs are. Where they touch it is the distance.
 //!
 //! Other joints hold the bodies in the plane (`planar`, revolutes and guides with parallel axes): this one only keeps the discs
 //! together.
@@ -26,8 +30,9 @@
 //!
 //! ## Singular cases
 //!
-//! The search for the contact begins at `start_i` and `start_j`; of several places with a common tangent that one is taken that is
-//! found from there, and it is followed through the run. A disc without size has no tangent.
+//! The places are found from any `start_i` and `start_j`; these choose no more than the turns in which u and v are counted. Discs with one
+//! centre have no sides. Discs that never part may also run in each other: where the centre of one lies inside the larger other one, the smaller
+//! touches from inside, with N_i for -N_i, and the sum of Q a difference. It has to fit everywhere. A disc without size has no tangent.
 //!
 //! ## Example
 //!
@@ -84,6 +89,8 @@
 
 use element_api::prelude::*;
 
+use crate::profile::turned;
+
 /// The joint.
 #[derive(Debug, Clone, Copy)]
 pub struct EllipseContact(EllipseContactParameters);
@@ -103,7 +110,7 @@ pub struct EllipseContactParameters {
     /// Half axis of the second ellipse along y of its frame.
     #[param(unit = "m", above = 0.0)]
     pub b_j: f64,
-    /// Eccentric angle on the first ellipse from which the contact is looked for at the start.
+    /// Eccentric angle on the first ellipse from which the contact is looked for at the start; it is found from any.
     #[param(unit = "rad", default = 0.0)]
     pub start_i: f64,
     /// The same on the second ellipse.
@@ -117,27 +124,41 @@ pub struct EllipseContactParameters {
     pub restitution: f64,
 }
 
-/// A place on an ellipse: the point, the tangent along the angle, the outer normal; not of length one.
+/// A place on an ellipse: the point, the outer normal, not of length one.
 struct Place<S> {
     point: Vec3<S>,
-    tangent: Vec3<S>,
     normal: Vec3<S>,
 }
 
 fn place<S: Scalar>(frame: &Frame<S>, a: f64, b: f64, angle: S) -> Place<S> {
     let (sin, cos) = (angle.sin(), angle.cos());
     let (x, y) = (frame.x(), frame.y());
-    Place {
-        point: frame.position + x * (cos * a) + y * (sin * b),
-        tangent: y * (cos * b) - x * (sin * a),
-        normal: x * (cos * b) + y * (sin * a),
-    }
+    Place { point: frame.position + x * (cos * a) + y * (sin * b), normal: x * (cos * b) + y * (sin * a) }
+}
+
+/// From the centre of an ellipse to where its outer normal has this direction.
+fn towards<S: Scalar>(frame: &Frame<S>, a: f64, b: f64, normal: Vec3<S>) -> Vec3<S> {
+    let (x, y) = (frame.x() * S::from(a), frame.y() * S::from(b));
+    let parts = (x.dot(&normal), y.dot(&normal));
+    (x * parts.0 + y * parts.1) / (parts.0 * parts.0 + parts.1 * parts.1).sqrt()
 }
 
 impl EllipseContact {
     fn places<S: Scalar>(&self, frames: &[Frame<S>], unknowns: &[S]) -> [Place<S>; 2] {
         let p = &self.0;
         [place(&frames[0], p.a_i, p.b_i, unknowns[0]), place(&frames[1], p.a_j, p.b_j, unknowns[1])]
+    }
+
+    /// 1 where the discs touch from outside, -1 where the smaller runs in the larger one.
+    fn side<S: Scalar>(&self, i: &Frame<S>, j: &Frame<S>) -> S {
+        let p = &self.0;
+        if p.unilateral {
+            return S::one();
+        }
+        let (larger, a, b) = if p.a_i.max(p.b_i) > p.a_j.max(p.b_j) { (i, p.a_i, p.b_i) } else { (j, p.a_j, p.b_j) };
+        let between = j.position - i.position;
+        let (x, y) = (larger.x().dot(&between) / a, larger.y().dot(&between) / b);
+        select((x * x + y * y).below(1.0), S::from(-1.0), S::one())
     }
 }
 
@@ -168,9 +189,12 @@ impl Element for EllipseContact {
     }
 
     fn conditions<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Values<'_, S>) {
-        let [i, j] = self.places(at.frames(), at.unknowns());
-        out.push(i.tangent.dot(&(j.point - i.point)));
-        out.push(i.normal.dot(&j.tangent));
+        let (i, j) = (&at.frames()[0], &at.frames()[1]);
+        let [on_i, on_j] = self.places(at.frames(), at.unknowns());
+        let side = self.side(i, j);
+        let touching = on_i.point - i.position + towards(j, self.0.a_j, self.0.b_j, on_i.normal) * side;
+        out.push(turned(i.z(), j.position - i.position, touching));
+        out.push(turned(i.z(), -on_i.normal * side, on_j.normal));
     }
 }
 

@@ -1,4 +1,4 @@
-//! What contacts on a profile have in common: a plane curve that a scene gives, with its tangent and its bend.
+//! What contacts on a profile have in common: a plane curve that a scene gives, with its normal and its bend.
 
 use element_api::Jet;
 use element_api::prelude::*;
@@ -15,10 +15,9 @@ pub enum Profile {
     Graph(Function),
 }
 
-/// A place on a profile: the point, the tangent along the place's growing number, the outer normal; not of length one.
+/// A place on a profile: the point, the outer normal, not of length one.
 pub struct Place<S> {
     pub point: Vec3<S>,
-    pub tangent: Vec3<S>,
     pub normal: Vec3<S>,
 }
 
@@ -29,6 +28,12 @@ impl<S: Scalar> Place<S> {
     }
 }
 
+/// The angle from one direction to another about `axis`, rad, in (-pi, pi]. As a condition it has one solution in a turn, where the product
+/// across has two, and no place from which Newton's method does not lead to it while one of the directions turns with the unknown.
+pub fn turned<S: Scalar>(axis: Vec3<S>, from: Vec3<S>, to: Vec3<S>) -> S {
+    axis.dot(&from.cross(&to)).atan2(from.dot(&to))
+}
+
 impl Profile {
     pub fn place<S: Scalar>(&self, frame: &Frame<S>, at: S) -> Place<S> {
         let (x, y) = (frame.x(), frame.y());
@@ -37,15 +42,11 @@ impl Profile {
                 let (sin, cos) = (at.sin(), at.cos());
                 let (r, slope) = (radius.at(at), radius.slope(at));
                 let (outwards, onwards) = (x * cos + y * sin, y * cos - x * sin);
-                Place {
-                    point: frame.position + outwards * r,
-                    tangent: onwards * r + outwards * slope,
-                    normal: outwards * r - onwards * slope,
-                }
+                Place { point: frame.position + outwards * r, normal: outwards * r - onwards * slope }
             }
             Self::Graph(height) => {
                 let (h, slope) = (height.at(at), height.slope(at));
-                Place { point: frame.position + x * at + y * h, tangent: x + y * slope, normal: y - x * slope }
+                Place { point: frame.position + x * at + y * h, normal: y - x * slope }
             }
         }
     }

@@ -5,19 +5,20 @@
 //!
 //! ## Equations
 //!
-//! In the x-y plane of frame i, with the profile p(phi) = o_i + r(phi) (x_i cos phi + y_i sin phi), its tangent t = dp/dphi and its outer
+//! In the x-y plane of frame i, with the profile p(phi) = o_i + r(phi) (x_i cos phi + y_i sin phi), its outer
 //! normal n across it; c the origin of frame j, R the radius of the roller, q = p + R n / abs(n) the centre of a roller that touches at phi, e the
 //! x axis of frame j. The place phi is an internal unknown (Shabana, Zaazaa & Sugiyama, Railroad Vehicle Dynamics (2008), chapter 3; Norton, Cam
 //! Design and Manufacturing Handbook, chapter 7):
 //!
 //! | | roller | flat face |
 //! |---|---|---|
-//! | condition | z_i . (c - o_i) x (q - o_i) = 0 | t . e = 0 |
+//! | condition: the angle, -pi to pi about z_i, is zero | from c - o_i to q - o_i | from e to n |
 //! | row `gap` | n . (c - p) / abs(n) - R = 0 | e . (c - p) = 0 |
 //!
 //! The centres q are a closed curve around the pole that every ray from there meets once, since the roller fits into the profile: for every c
 //! there is one place on its side of the pole, and the row has the sign of the distance, however far apart the bodies are. Where they touch
-//! it is the distance.
+//! it is the distance. The normal of a convex profile points along e at one place, the nearest to the face. The far side of the cam
+//! is no solution.
 //!
 //! With `unilateral` the row is positive while the bodies are apart and never negative; where it closes with a velocity they strike, with the
 //! coefficient of restitution. There is no friction.
@@ -30,9 +31,8 @@
 //! ## Singular cases
 //!
 //! A roller must fit into the profile: where this is hollow with a radius below R, the joint is refused, and so is a flat face on a profile that
-//! is hollow anywhere: either would touch in two places. `start` is the angle from which the contact is looked for at the start; of a
-//! condition's two solutions (the near and the far side of the cam) the one that is found from there is followed. Points are joined by a cubic spline, so that
-//! forces are continuous; accelerations of a follower are no better than the second differences of the points: give many digits. `linear` and
+//! is hollow anywhere: either would touch in two places. The place is found from any `start`; it chooses no more than the turn in which `place` is
+//! counted. A roller on the pole has no side. Points are joined by a cubic spline, so that forces are continuous; accelerations of a follower are no better than the second differences of the points: give many digits. `linear` and
 //! `monotone` are refused.
 //!
 //! ## Example
@@ -95,7 +95,7 @@
 use element_api::Jet;
 use element_api::prelude::*;
 
-use crate::profile::{Profile, unlike_a_turn_later};
+use crate::profile::{Profile, turned, unlike_a_turn_later};
 
 /// The joint.
 #[derive(Debug, Clone)]
@@ -119,7 +119,7 @@ pub struct ProfileContactParameters {
     /// Radius of the roller; 0: an edge.
     #[param(unit = "m", min = 0.0, example = 0.01)]
     pub roller_radius: Option<f64>,
-    /// Angle on the profile from which the contact is looked for at the start.
+    /// Angle on the profile from which the contact is looked for at the start; it is found from any.
     #[param(unit = "rad", default = 0.0)]
     pub start: f64,
     /// The bodies may part; where they come together they strike.
@@ -128,6 +128,17 @@ pub struct ProfileContactParameters {
     /// Coefficient of restitution of a unilateral contact, 0 to 1.
     #[param(min = 0.0, max = 1.0, default = 0.0)]
     pub restitution: f64,
+}
+
+impl ProfileContact {
+    /// Across the flat face. Where the bodies never part, x of frame j may as well point at the cam, whose pole is inside.
+    fn away_from_cam<S: Scalar>(&self, i: &Frame<S>, j: &Frame<S>) -> Vec3<S> {
+        let x = j.x();
+        match self.restitution {
+            Some(_) => x,
+            None => x * select(x.dot(&(j.position - i.position)).below(0.0), S::from(-1.0), S::one()),
+        }
+    }
 }
 
 impl Element for ProfileContact {
@@ -139,7 +150,7 @@ impl Element for ProfileContact {
         FrameSpec::new("i", "on the cam; its origin is the pole of the profile, its z axis the normal of the plane"),
         FrameSpec::new(
             "j",
-            "on the follower; its origin is the roller's centre, or lies on the flat face with x across it",
+            "on the follower; its origin is the roller's centre, or lies on the flat face, across which x points away from the cam",
         ),
     ];
     const UNKNOWNS: &'static [ChannelSpec] =
@@ -195,8 +206,8 @@ impl Element for ProfileContact {
         let (i, j) = (&at.frames()[0], &at.frames()[1]);
         let place = self.profile.place(i, at.unknowns()[0]);
         out.push(match self.roller {
-            Some(roller) => i.z().dot(&(j.position - i.position).cross(&(place.centre(roller) - i.position))),
-            None => place.tangent.dot(&j.x()),
+            Some(roller) => turned(i.z(), j.position - i.position, place.centre(roller) - i.position),
+            None => turned(i.z(), self.away_from_cam(i, j), place.normal),
         });
     }
 }

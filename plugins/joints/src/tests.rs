@@ -3,6 +3,7 @@
 mod contract;
 mod coordinates;
 mod directions;
+mod places;
 mod refusals;
 mod turns;
 
