@@ -185,7 +185,7 @@ axis = ["cos(d)", "sin(d)", 0]
 name = "contact"
 type = "profile-contact"
 bodies = ["cam", "tappet"]
-points = [[0, 0, 0], ["R * cos(d)", "R * sin(d)", 0]]
+points = [[0, 0, 0], ["(R + e * cos(d)) * cos(d)", "(R + e * cos(d)) * sin(d)", 0]]
 axis = [0, 0, 1]
 x_axes = [[1, 0, 0], ["cos(d)", "sin(d)", 0]]
 params = {{ radius = "e * cos(phi) + sqrt(R^2 - e^2 * sin(phi)^2)", follower = "flat", unilateral = true{start} }}
