@@ -566,3 +566,20 @@ fn open_velocities_are_those_of_least_energy_with_elements_between_bodies() {
     let found = column(&try_text(&text(bob), &[]).unwrap(), "w")[0];
     assert!((found + 2.0 / 17.1).abs() < 1e-13, "{found}");
 }
+
+/// A heavy mass on a light body that nothing accelerates.
+#[test]
+fn inertia_that_nothing_accelerates_moves_on() {
+    for velocity in ["[0, 0, 0]", "[1, 2, 0]"] {
+        let text = format!(
+            "[plugins]\nlibraries = [\"forces\"]\n[simulation]\nt_end = 0.1\noutput_step = 0.1\n\
+             [[body]]\nname = \"hull\"\nmass = 1\ninertia = [1, 1, 1]\nvelocity = {velocity}\n\
+             [[force]]\nname = \"water\"\ntype = \"added-mass\"\nbodies = [\"hull\"]\nparams.apparent_mass = [30, 40, 20]\n\
+             [[output]]\nname = \"y\"\nquantity = \"position\"\nof = \"hull\"\ncomponent = \"y\"\n"
+        );
+        let first = try_text(&text, &[]).unwrap();
+        for way in WAYS {
+            assert_same_motion(&try_text(&text, way).unwrap(), &first, 1e-7);
+        }
+    }
+}

@@ -269,7 +269,8 @@ impl ReferenceForm {
         for _ in 0..MOST_ITERATIONS {
             let found = self.answer(slots, &z)?;
             let difference: Vec<f64> = found.iter().zip(&z).map(|(found, z)| found - z).collect();
-            let change = largest(&difference) / largest(&found);
+            // Nothing is all that is found where nothing moves the bodies.
+            let change = if found == z { 0.0 } else { largest(&difference) / largest(&found) };
             if change <= CLOSE || (change <= CLOSE_ENOUGH && change >= least) {
                 return Ok(());
             }
