@@ -1,5 +1,6 @@
 //! Positions where constraints lose rank: passed in both formulations, at every tolerance, on the branch the motion is on.
 
+use odyn::diagnostics::codes;
 use odyn::results::{Remedy, Table};
 use odyn::session::{RunReport, Session};
 
@@ -290,5 +291,53 @@ fn legs_of_nearly_equal_lengths_are_stretched() {
         }
         text += &output("z", "position", "plate", "component = \"z\"");
         ends_at(&format!("{longer:e}"), &text, "z", known, 1e-8);
+    }
+}
+
+/// A crank that is turned beyond where coupler and rocker are stretched, at sin(2 t) = (l^2 - 5) / 4 with their lengths l together: the
+/// run ends just before, soon, with the motor and the joint named.
+#[test]
+fn a_drive_beyond_a_dead_centre_is_named() {
+    let length = 1.3 + f64::hypot(0.7, 1.0);
+    let dead = 0.5 * ((length * length - 5.0) / 4.0).asin();
+    let turning = "[[body]]\nname = \"frame\"\nmass = 10\ninertia = [10, 10, 10]\nangular_velocity = [0, 0, 1]\n"
+        .to_string()
+        + &joint("base", "revolute", "ground", "frame", [0.0, 0.0], Z);
+    for (frame, start, closer) in
+        [("ground", "", "revolute"), ("frame", turning.as_str(), "revolute"), ("frame", turning.as_str(), "spherical")]
+    {
+        let text = settings(0.0, 2.0)
+            + start
+            + &body("crank", [0.0, 0.5], "")
+            + &body("coupler", [0.5, 1.0], "")
+            + &body("rocker", [1.6, 0.5], "")
+            + &joint("A", "revolute", frame, "crank", [0.0, 0.0], Z)
+            + &joint("motor", "rotation-driver", frame, "crank", [0.0, 0.0], Z)
+            + "params.angle = \"2 * t\"\n"
+            + &joint("B", "revolute", "crank", "coupler", [0.0, 1.0], Z)
+            + &joint("C", closer, "coupler", "rocker", [1.3, 1.0], Z)
+            + &joint("D", "revolute", frame, "rocker", [2.0, 0.0], Z)
+            + &output("x", "position", "rocker", "component = \"x\"");
+        let folder = Scratch::new();
+        let path = folder.file("scene.toml", &text);
+        for formulation in FORMULATIONS {
+            for method in ["dop853", "radau5"] {
+                let sets = [format!("simulation.formulation={formulation}"), format!("simulation.method={method}")];
+                let sets: Vec<&str> = sets.iter().map(String::as_str).collect();
+                let session = Session::open(&path, &options(&sets, &[])).unwrap_or_else(|error| panic!("{error}"));
+                let report = session.run(None, Box::new(|_| ()), &Default::default()).unwrap();
+                let (summary, what) = (&report.summary, format!("{frame}, {closer}, {formulation}, {method}"));
+                assert_eq!(summary.code, Some(codes::PROJECTION_FAILED), "{what}: {}", summary.reason);
+                assert!(
+                    summary.reason.contains("motor: about z asks for more than can be reached"),
+                    "{}",
+                    summary.reason
+                );
+                let left = dead - summary.t_end_reached;
+                assert!((0.0..1e-6).contains(&left), "{what}: {left:e} s before {dead}");
+                assert!(summary.steps < 500, "{what}: {} steps", summary.steps);
+                assert!(summary.audit.energy_error_relative < 1e-8, "{what}: {:?}", summary.audit);
+            }
+        }
     }
 }

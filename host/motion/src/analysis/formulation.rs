@@ -248,6 +248,18 @@ pub enum AnalysisError {
         /// By how much, as a share of the sum of the magnitudes of its terms.
         share: f64,
     },
+    /// Functions of time carry the mechanism into a position beyond which they cannot be met.
+    #[error(
+        "{drives} asks for more than can be reached: the mechanism is carried into a singular position (it is stretched, or a joint is bent \
+         to its end), beyond which {what} cannot be met, and speeds grow without limit towards it; drive it less far, change lengths, \
+         or let a force move it that may give way (a servo, an actuator)"
+    )]
+    OutOfReach {
+        /// Joints and rows that depend on time, the first the most to blame.
+        drives: String,
+        /// Joint and row.
+        what: String,
+    },
     /// Positions could not be brought back to the constraints.
     #[error("the constraints can no longer be met: {what} is off by {violation:.1e} of the scene's size")]
     LeftConstraints {

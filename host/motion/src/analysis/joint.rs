@@ -27,7 +27,7 @@ use super::joint_engines::{Function, Look, Safe, Unrolled, motion_nodes, pivot_r
 use super::joint_plan::{JointPlan, LEAST_HEALTH};
 use super::joint_start::{JointStart, JointState};
 use super::linearisation::{Linearisation, PREPARATION};
-use super::motion::{APPROACH, Engines, Independence, Motion, SICK_TREE, Used, next_step, normalise};
+use super::motion::{APPROACH, Engines, Independence, Motion, SICK_TREE, Used, next_step, normalise, shares_of_time};
 use super::newton::ROUND_OFF;
 use super::passage;
 use super::solved::SolvedProgram;

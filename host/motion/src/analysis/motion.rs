@@ -117,6 +117,12 @@ pub(super) trait Engines {
     /// # Errors
     /// See [`AnalysisError`].
     fn worst_violation(&mut self) -> Result<(f64, Option<usize>), AnalysisError>;
+    /// The rows that depend on time at the inputs' position and time, each with its share of what the smallest velocities that meet
+    /// all rows take: next to a singular position, its share of what is asked for there and cannot be had.
+    ///
+    /// # Errors
+    /// See [`AnalysisError`].
+    fn asked_by_time(&mut self) -> Result<Vec<(usize, f64)>, AnalysisError>;
     /// Puts accelerations and the rate of the work into the equations at the inputs' state.
     ///
     /// # Errors
@@ -347,6 +353,14 @@ pub(super) fn next_step<F: Engines>(form: &mut F, t: f64, state: &[f64]) -> Resu
         form.motion_mut().careful = false;
     }
     Ok(())
+}
+
+/// The rows that depend on time, with their shares of `multipliers . times`.
+pub(super) fn shares_of_time(rows: &[usize], times: &[f64], multipliers: &[f64]) -> Vec<(usize, f64)> {
+    let products = times.iter().zip(multipliers).map(|(time, multiplier)| (time * multiplier).abs());
+    let sum: f64 = products.clone().sum();
+    let driven = rows.iter().zip(times).zip(products).filter(|((_, time), _)| **time != 0.0);
+    driven.map(|((row, _), product)| (*row, if sum > 0.0 { product / sum } else { 0.0 })).collect()
 }
 
 fn groups(coordinates: &Coordinates, layout: &Layout) -> Vec<Group> {

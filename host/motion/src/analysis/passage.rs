@@ -40,6 +40,11 @@ const MOST_PROJECTIONS: usize = 2;
 /// error of the polynomial are less: if not at first, then over this share of the gap.
 const MOST_CROSSED: f64 = 1e-12;
 const CLOSER: f64 = 0.5;
+/// Pivot ratio, as a share of that at the start of the scene, below which a motion that cannot lead on in time ends.
+const LOST: f64 = 1e-3;
+/// Share of the blame of the first below which drives are not named, and how many are.
+const LEAST_BLAMED: f64 = 0.1;
+const MOST_BLAMED: usize = 4;
 
 /// What a polynomial is put through a singular position of.
 pub(super) trait Passing {
@@ -57,6 +62,12 @@ pub(super) trait Passing {
     /// # Errors
     /// See [`AnalysisError`].
     fn missed(&mut self, t: f64, state: &mut [f64]) -> Result<f64, AnalysisError>;
+    /// Joints and rows that depend on time at a state, most to blame first for what cannot be met next to it; empty where there are
+    /// none.
+    ///
+    /// # Errors
+    /// See [`AnalysisError`].
+    fn drives(&mut self, t: f64, state: &[f64]) -> Result<String, AnalysisError>;
 }
 
 impl<F: Engines> Passing for F {
@@ -79,6 +90,16 @@ impl<F: Engines> Passing for F {
         self.motion().normalise(state);
         self.motion_mut().load(t, state);
         Ok(self.worst_violation()?.0 / self.motion().length)
+    }
+
+    fn drives(&mut self, t: f64, state: &[f64]) -> Result<String, AnalysisError> {
+        self.motion_mut().load(t, state);
+        let mut rows = self.asked_by_time()?;
+        rows.sort_by(|a, b| b.1.total_cmp(&a.1));
+        let least = LEAST_BLAMED * rows.first().map_or(0.0, |row| row.1);
+        let names = rows.iter().filter(|(_, share)| *share >= least).take(MOST_BLAMED);
+        let names: Vec<String> = names.map(|(row, _)| self.motion().row_name(Some(*row))).collect();
+        Ok(names.join(", "))
     }
 }
 
@@ -322,11 +343,43 @@ impl Passage {
             match self.interpolate_over(form, t, state, &Gap { half, ..gap }, sum, &mut ask) {
                 Ok(missed) if missed <= MOST_CROSSED => return Ok(Way::Through),
                 Ok(_) => {}
-                Err(AnalysisError::LeftConstraints { .. }) => return Ok(Way::Round),
+                Err(AnalysisError::LeftConstraints { .. }) => return self.turns(form, t, state, &gap, sum, &mut ask),
                 Err(error) => return Err(error),
             }
         }
         Ok(Way::Round)
+    }
+
+    /// [`Way::Round`], unless it is time alone that does not lead on: the nearest place ahead is met at the time of the state, not
+    /// when the motion would get there. Drives move on whatever the mechanism does; speeds then grow without limit, with the square
+    /// root of the time that is left, and what is left of that is not worth its steps.
+    ///
+    /// # Errors
+    /// [`AnalysisError::OutOfReach`], and what the question fails with.
+    fn turns<F: Passing>(
+        &mut self,
+        form: &mut F,
+        t: f64,
+        state: &[f64],
+        gap: &Gap,
+        sum: &mut [f64],
+        ask: &mut impl FnMut(&mut F, f64, &mut [f64], &mut [f64]) -> Result<(), AnalysisError>,
+    ) -> Result<Way, AnalysisError> {
+        let drives = form.drives(t, state)?;
+        if drives.is_empty() || form.share(t, state)? >= LOST {
+            return Ok(Way::Round);
+        }
+        let s = gap.centre + gap.half;
+        let mut meet = |form: &mut F, time: f64| {
+            form.shift(state, s, &mut self.place);
+            ask(form, time, &mut self.place, &mut self.answer[..sum.len()])
+        };
+        let Err(AnalysisError::LeftConstraints { what, .. }) = meet(form, t + s) else { return Ok(Way::Round) };
+        match meet(form, t) {
+            Ok(()) => Err(AnalysisError::OutOfReach { drives, what }),
+            Err(AnalysisError::LeftConstraints { .. }) => Ok(Way::Round),
+            Err(error) => Err(error),
+        }
     }
 
     /// Evaluates the polynomial over a gap; gives by how much the constraints are missed in its middle.

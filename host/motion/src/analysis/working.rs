@@ -21,7 +21,7 @@ use super::constraints::{Constraints, mass_values, structure};
 use super::coupling::{BodyCoupling, Solve};
 use super::formulation::{AnalysisError, Counters, Entries, Formulation, Group, Observed, Price, Traces};
 use super::linearisation::{Linearisation, PREPARATION};
-use super::motion::{APPROACH, Engines, Independence, Motion, NEAR_SINGULAR, Used, next_step};
+use super::motion::{APPROACH, Engines, Independence, Motion, NEAR_SINGULAR, Used, next_step, shares_of_time};
 use super::newton::{ROUND_OFF, project_plainly};
 use super::passage::{self, Way};
 use crate::linalg::{Clusters, DenseQr, Health, KktSolver, LinalgError, SparseLdl};

@@ -195,6 +195,7 @@ impl Session {
                             false => format!("{culprit}: {reason}"),
                         };
                         if summary.code == Some(codes::PROJECTION_FAILED)
+                            && !is_out_of_reach(&reason)
                             && let Some(masses) = self.masses_far_apart()
                         {
                             summary.reason.push_str(&masses);
@@ -376,6 +377,12 @@ fn code_of(reason: &StopReason) -> Code {
         StopReason::Failed { cause, .. } if is_contradiction(cause.as_ref()) => codes::CONFLICTING_CONSTRAINTS,
         StopReason::Failed { .. } => codes::PROJECTION_FAILED,
     }
+}
+
+/// Whether a drive that asks for more than can be reached ended the run, which masses have no part in.
+fn is_out_of_reach(reason: &StopReason) -> bool {
+    let StopReason::Failed { cause, .. } = reason else { return false };
+    matches!(cause.downcast_ref(), Some(AnalysisError::OutOfReach { .. }))
 }
 
 /// Whether joints that contradict each other ended the run.

@@ -122,6 +122,18 @@ impl Engines for JointForm {
         Ok(worst(self.safe.function(Function::Value), &self.safe.rows, &self.row_sizes))
     }
 
+    fn asked_by_time(&mut self) -> Result<Vec<(usize, f64)>, AnalysisError> {
+        self.safe.terms.run(&self.motion.inputs, &self.bodies.sets)?;
+        let times = self.safe.function(Function::Time).to_vec();
+        if times.iter().all(|time| *time == 0.0) {
+            return Ok(Vec::new());
+        }
+        self.factor_safely(false)?;
+        self.safe.right.copy_from_slice(&times);
+        self.safe.solve_correction()?;
+        Ok(shares_of_time(&self.safe.rows, &times, &self.safe.multipliers))
+    }
+
     fn try_motion(&mut self, accelerations: &[f64], power: f64) -> Result<(), AnalysisError> {
         self.safe.terms.run(&self.motion.inputs, &self.bodies.sets)?;
         let (loads, further) = self.safe.loads();

@@ -6,6 +6,7 @@ use super::*;
 /// A point on a line, `(x, v)`, singular at `x = 0.02`. Remembers how near it was asked.
 struct Line {
     nearest: f64,
+    drives: &'static str,
 }
 
 const SINGULAR: f64 = 0.02;
@@ -26,13 +27,17 @@ impl Passing for Line {
     fn missed(&mut self, _: f64, _: &mut [f64]) -> Result<f64, AnalysisError> {
         Ok(0.0)
     }
+
+    fn drives(&mut self, _: f64, _: &[f64]) -> Result<String, AnalysisError> {
+        Ok(self.drives.into())
+    }
 }
 
 #[test]
 fn what_is_smooth_is_found_from_both_sides() {
     for velocity in [-7.0, 0.3] {
         for x in [SINGULAR, SINGULAR + 1e-9, SINGULAR - 0.02, SINGULAR + 0.04] {
-            let mut line = Line { nearest: 1.0 };
+            let mut line = Line { nearest: 1.0, drives: "" };
             let mut found = [0.0; 2];
             let mut passage = Passage::new(2, 2);
             let passed = passage.interpolate(&mut line, 3.0, &[x, velocity], &mut found, |line, t, place, answer| {
@@ -54,8 +59,32 @@ fn what_is_smooth_is_found_from_both_sides() {
 fn what_does_not_move_does_not_pass() {
     let mut found = [0.0; 2];
     let never = |_: &mut Line, _: f64, _: &mut [f64], _: &mut [f64]| panic!("asked");
-    let passed = Passage::new(2, 2).interpolate(&mut Line { nearest: 1.0 }, 0.0, &[SINGULAR, 0.0], &mut found, never);
+    let mut line = Line { nearest: 1.0, drives: "" };
+    let passed = Passage::new(2, 2).interpolate(&mut line, 0.0, &[SINGULAR, 0.0], &mut found, never);
     assert_eq!(passed.unwrap(), Way::Past);
+}
+
+#[test]
+fn what_time_alone_bars_is_out_of_reach() {
+    let meet = |_: &mut Line, t: f64, _: &mut [f64], _: &mut [f64]| {
+        let missed = AnalysisError::LeftConstraints { what: "C: x".into(), violation: 1.0 };
+        if t > 3.0 { Err(missed) } else { Ok(()) }
+    };
+    let never = |_: &mut Line, _: f64, _: &mut [f64], _: &mut [f64]| {
+        Err(AnalysisError::LeftConstraints { what: "C: x".into(), violation: 1.0 })
+    };
+    let mut found = [0.0; 2];
+    // Farther away there is time to be made use of; what nothing drives turns.
+    for (drives, distance) in [("motor: angle", 1e-2), ("", 1e-6)] {
+        let (mut line, state) = (Line { nearest: 1.0, drives }, [SINGULAR - distance, 1.0]);
+        let way = Passage::new(2, 2).interpolate(&mut line, 3.0, &state, &mut found, meet);
+        assert_eq!(way.unwrap(), Way::Round);
+    }
+    let (mut line, state) = (Line { nearest: 1.0, drives: "motor: angle" }, [SINGULAR - 1e-6, 1.0]);
+    let way = Passage::new(2, 2).interpolate(&mut line, 3.0, &state, &mut found, never);
+    assert_eq!(way.unwrap(), Way::Round);
+    let error = Passage::new(2, 2).interpolate(&mut line, 3.0, &state, &mut found, meet).unwrap_err();
+    assert!(error.to_string().starts_with("motor: angle asks for more than can be reached"), "{error}");
 }
 
 #[test]

@@ -73,6 +73,19 @@ impl Engines for WorkingForm {
         Ok(geometry.worst(geometry.function(0), self.motion.length))
     }
 
+    fn asked_by_time(&mut self) -> Result<Vec<(usize, f64)>, AnalysisError> {
+        self.safe.geometry.evaluate(&self.motion.inputs, &self.sets)?;
+        let times = self.safe.geometry.function(1).to_vec();
+        if times.iter().all(|time| *time == 0.0) {
+            return Ok(Vec::new());
+        }
+        self.factor_safely(false)?;
+        self.force.fill(0.0);
+        let engine = &mut self.safe;
+        engine.solver.solve(&self.force, &times, &mut self.motion.accelerations, &mut engine.multipliers)?;
+        Ok(shares_of_time(&engine.geometry.rows, &times, &engine.multipliers))
+    }
+
     fn try_motion(&mut self, accelerations: &[f64], power: f64) -> Result<(), AnalysisError> {
         let dynamics = &mut self.safe.dynamics;
         dynamics.evaluate(&self.motion.inputs, &self.sets)?;

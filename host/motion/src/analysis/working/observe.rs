@@ -19,7 +19,12 @@ impl WorkingForm {
         });
         (self.motion.passage, self.forces) = (passage, forces);
         self.motion.load(t, state);
-        if passed? != Way::Through {
+        // A state is what it is, whatever comes after it.
+        let passed = match passed {
+            Err(AnalysisError::OutOfReach { .. }) => Way::Round,
+            passed => passed?,
+        };
+        if passed != Way::Through {
             // As it was before.
             self.solve_dynamics()?;
             return Ok(false);
