@@ -351,7 +351,7 @@ impl Passage {
     }
 
     /// [`Way::Round`], unless it is time alone that does not lead on: the nearest place ahead is met at the time of the state, not
-    /// when the motion would get there. Drives move on whatever the mechanism does; speeds then grow without limit, with the square
+    /// soon after it. Drives move on whatever the mechanism does; speeds then grow without limit, with the square
     /// root of the time that is left, and what is left of that is not worth its steps.
     ///
     /// # Errors
@@ -369,12 +369,18 @@ impl Passage {
         if drives.is_empty() || form.share(t, state)? >= LOST {
             return Ok(Way::Round);
         }
+        if gap.centre <= 0.0 {
+            return Ok(Way::Round);
+        }
+        // Towards a time that cannot be passed, half of `centre` is left. Where the motion is about to turn back it is slow, and `s` is
+        // long after that: between them, by ratio, is what the drives ask for next.
         let s = gap.centre + gap.half;
+        let next = (s * gap.centre).sqrt();
         let mut meet = |form: &mut F, time: f64| {
             form.shift(state, s, &mut self.place);
             ask(form, time, &mut self.place, &mut self.answer[..sum.len()])
         };
-        let Err(AnalysisError::LeftConstraints { what, .. }) = meet(form, t + s) else { return Ok(Way::Round) };
+        let Err(AnalysisError::LeftConstraints { what, .. }) = meet(form, t + next) else { return Ok(Way::Round) };
         match meet(form, t) {
             Ok(()) => Err(AnalysisError::OutOfReach { drives, what }),
             Err(AnalysisError::LeftConstraints { .. }) => Ok(Way::Round),
