@@ -3,7 +3,7 @@
 use super::culprit::functions_of;
 use super::error::SessionError;
 use super::options::tolerance;
-use crate::analysis::{Assembly, AssemblyError, Gap, Move};
+use crate::analysis::{AnalysisError, Assembly, AssemblyError, Gap, Move};
 use crate::diagnostics::{Diagnostic, codes};
 use crate::model::{Model, operations_behind, rows};
 use crate::plan::{Askew, Crosswise, Layout, Locked, Plan, Undetermined};
@@ -25,10 +25,25 @@ pub(super) fn assembly_error(error: &AssemblyError, scene: &Scene) -> SessionErr
         AssemblyError::Contradiction { rows } => contradiction(rows, scene),
         AssemblyError::Undefined { joint, row } => undefined(joint, row, scene),
         AssemblyError::Analysis(error) => {
-            let diagnostic = Diagnostic::error(codes::CANNOT_ASSEMBLE, error.to_string());
+            let mut diagnostic = Diagnostic::error(codes::CANNOT_ASSEMBLE, error.to_string());
+            if let AnalysisError::Unsolved { element, .. } = error {
+                diagnostic = of_unsolved(diagnostic, element, scene);
+            }
             SessionError::one(&scene.source, diagnostic)
         }
     }
+}
+
+/// Where an element stands whose internal unknowns are not found, and what says where they are looked for.
+fn of_unsolved(diagnostic: Diagnostic, element: &str, scene: &Scene) -> Diagnostic {
+    let Some(record) = scene.elements.iter().find(|record| record.name.value == element) else { return diagnostic };
+    let kind = &record.type_name.value;
+    diagnostic
+        .at(record.name.span.clone(), "where its bodies are, or with its parameters")
+        .help("check positions, points and axes of this element, and its parameters")
+        .help(format!(
+            "`odyn elements describe {kind}` says where it is singular, and which parameters the search starts from"
+        ))
 }
 
 /// A joint whose equation has no value where the bodies are.
