@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use odyn::analyses::files;
 use odyn::analyses::folder::{self, Page};
-use odyn::analyses::linear::{Linear, Port};
+use odyn::analyses::linear::Port;
 use odyn::analyses::modes::{Modes, Share, Stability};
 use odyn::analyses::place::{self, At, Placed};
 use odyn::analyses::shown::{self, named};

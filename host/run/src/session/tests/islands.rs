@@ -110,7 +110,7 @@ fn apart_and_together_agree_to_the_tolerance() {
 #[test]
 fn energies_of_many_islands_are_judged_as_those_of_one() {
     let of = |count: usize| {
-        let all: String = (0..count).map(|k| oscillator(&format!("m{k}"), k as f64, 10.0)).collect();
+        let all: String = (0..count).map(|k| oscillator(&format!("m{k}"), 0.0, 10.0)).collect();
         let audit = run(&parted(&(settings("t_end = 5; output_step = 0.1") + &all))).summary.audit;
         [audit.energy_error_relative, audit.sample_energy_error_relative]
     };
