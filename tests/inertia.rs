@@ -583,3 +583,32 @@ fn inertia_that_nothing_accelerates_moves_on() {
         }
     }
 }
+
+/// A block with an inerter comes to rest by the friction of its slide: nothing is left of its accelerations, which friction and inertia
+/// depend on, and it is found that nothing is left.
+#[test]
+fn what_friction_brings_to_rest_stays_there_with_inertia() {
+    let slide = "bodies = [\"ground\", \"block\"]\naxis = [1, 2, 2]\n";
+    let text = format!(
+        "[plugins]\nlibraries = [\"joints\", \"forces\"]\n[simulation]\n\
+         gravity = [-8.620070849344637, 4.669205043395012, -0.3591696187226932]\nt_end = 1\noutput_step = 0.1\n\
+         [[body]]\nname = \"block\"\nmass = 10\ninertia = [1, 1, 1]\n\
+         velocity = [0.3333333333333333, 0.6666666666666666, 0.6666666666666666]\n\
+         [[joint]]\nname = \"slide\"\ntype = \"translational\"\npoint = [0, 0, 0]\n{slide}\
+         [[force]]\nname = \"inerter\"\ntype = \"inerter\"\npoints = [[0.3, 0.1, 0.2], [0.9, 1.3, 1.4]]\n{slide}\
+         params = {{ inertance = 3, guided = true }}\n\
+         [[force]]\nname = \"rub\"\ntype = \"joint-friction\"\njoints = [\"slide\"]\npoint = [0, 0, 0]\n{slide}\
+         params = {{ kind = \"translation\", mu = 0.3 }}\n\
+         [[output]]\nname = \"x\"\nquantity = \"position\"\nof = \"block\"\ncomponent = \"x\"\n"
+    );
+    for formulation in ["joint", "cartesian"] {
+        let report = try_text(&text, &[&format!("simulation.formulation=\"{formulation}\"")]).unwrap();
+        let summary = &report.summary;
+        assert_eq!(report.exit_code(), 0, "{formulation}: {}", summary.reason);
+        // v^2 / 2 = mu N s / (m + b), a third of it along x.
+        let x = *column(&report, "x").last().unwrap();
+        assert!((x - 13.0 / (2.0 * 0.3 * 98.1) / 3.0).abs() < 1e-5, "{formulation}: {x}");
+        let [iterations, evaluations] = [summary.coupling_iterations, summary.evaluations];
+        assert!(iterations <= 8 * evaluations, "{formulation}: {iterations} iterations in {evaluations} evaluations");
+    }
+}

@@ -25,8 +25,8 @@ pub(super) const CLOSE: f64 = 1e-13;
 /// The same as a share of the largest of all, accepted where round-off prevents a smaller change.
 pub(super) const CLOSE_ENOUGH: f64 = 1e-10;
 
-/// Accelerations below this share of those that loads would cause one by one are taken as if they were as large: at rest, where loads
-/// and reactions cancel, nothing but round-off is left to be a share of.
+/// Accelerations below this share of those that loads would cause one by one, or gravity, are taken as if they were as large: at rest,
+/// where loads and reactions cancel, nothing but round-off is left to be a share of.
 const CANCELLED: f64 = 1e-3;
 
 /// Iterations after which nothing is gained any more where Newton's steps are exact.
@@ -81,13 +81,13 @@ pub(super) struct Coupling {
     least: [f64; 2],
     /// F(z) of the last iteration.
     found: Vec<f64>,
-    /// The largest acceleration that a load by itself would cause; zero where that is not known.
+    /// The largest acceleration that a load by itself would cause; that of gravity where loads are not known.
     unbalanced: f64,
 }
 
 impl Coupling {
-    /// For inputs at these slots.
-    pub(super) fn new(slots: Vec<usize>, linear: bool, layout: &Layout) -> Self {
+    /// For inputs at these slots, in a scene with this acceleration of gravity, m/s^2.
+    pub(super) fn new(slots: Vec<usize>, linear: bool, layout: &Layout, gravity: f64) -> Self {
         let n = slots.len();
         Self {
             peers: slots.iter().map(|slot| layout.solved_peers(*slot)).collect(),
@@ -102,7 +102,7 @@ impl Coupling {
             best: f64::INFINITY,
             least: [f64::INFINITY; 2],
             found: vec![f64::NAN; n],
-            unbalanced: 0.0,
+            unbalanced: gravity,
         }
     }
 
@@ -183,7 +183,8 @@ impl Coupling {
         counters.coupling_iterations += 1;
         self.found.iter_mut().zip(&self.slots).for_each(|(found, slot)| *found = inputs[*slot]);
         let found = self.found.iter().copied();
-        if !self.started && self.iteration == 1 {
+        // What z changes of F is round-off where nothing of it changes; Newton's method would come near in ever smaller steps.
+        if same || !self.started && self.iteration == 1 {
             self.z.iter_mut().zip(found).for_each(|(z, found)| *z = found);
         } else {
             self.step.iter_mut().zip(found.zip(&self.z)).for_each(|(step, (found, z))| *step = found - z);
@@ -261,7 +262,7 @@ impl BodyCoupling {
         let slots: Vec<usize> = equations.coupling.iter().map(|input| input.slot).collect();
         Some(Self {
             more_in_rates: slots.len() < program.input_count(layout.acceleration_slot()..usize::MAX),
-            coupling: Coupling::new(slots, equations.is_coupling_linear(layout), layout),
+            coupling: Coupling::new(slots, equations.is_coupling_linear(layout), layout, 0.0),
             loads: equations.loads.len(),
             workspace: program.workspace(),
             outputs: vec![0.0; nodes.len()],

@@ -134,7 +134,10 @@ impl JointForm {
             tree: plan.tree,
             kinematics: Evaluator::new(&joint.graph, &body_nodes(&joint)),
             body_state: vec![0.0; BODY_STATES * layout.bodies + layout.states + 1],
-            coupling: joint.dependence.as_ref().map(|found| Coupling::new(found.slots.clone(), found.linear, layout)),
+            coupling: joint
+                .dependence
+                .as_ref()
+                .map(|found| Coupling::new(found.slots.clone(), found.linear, layout, model.gravity.norm())),
             dependent: None,
             choice: plan.independent.len() < plan.rows.len(),
             least_health: least_health_at_start(&plan.independent, &start),
