@@ -396,7 +396,9 @@ fn a_damaged_checkpoint_or_table_is_not_resumed() {
     refused("it is not what it was at the last checkpoint");
     fs::write(scratch.0.join("out/results.csv"), &table).unwrap();
     // A checkpoint of the format before.
-    let text = String::from_utf8(sound).unwrap().replacen("format = 5", "format = 2", 1);
-    fs::write(&checkpoint, text).unwrap();
+    let text = String::from_utf8(sound).unwrap();
+    let older = text.replacen("format = 5", "format = 2", 1);
+    assert_ne!(older, text);
+    fs::write(&checkpoint, older).unwrap();
     refused("its format is 2, that of an older odyn");
 }

@@ -163,7 +163,7 @@ impl<'s> Search<'s> {
             match found {
                 Ok(Down::At(mut place)) => {
                     // Where nothing is left to hold, whatever grips does.
-                    if std::mem::take(&mut unfinished) {
+                    if unfinished {
                         let mut again = place.inputs.clone();
                         self.grip(&mut again, with_friction)?;
                         self.close(Vec::new());

@@ -351,8 +351,8 @@ impl Passage {
     }
 
     /// [`Way::Round`], unless it is time alone that does not lead on: the nearest place ahead is met at the time of the state, not
-    /// soon after it. Drives move on whatever the mechanism does; speeds then grow without limit, with the square
-    /// root of the time that is left, and what is left of that is not worth its steps.
+    /// soon after it. Drives continue whatever the mechanism does; speeds then grow without limit, with one over the square root of
+    /// the time that is left, and what is left of that is not worth its steps.
     ///
     /// # Errors
     /// [`AnalysisError::OutOfReach`], and what the question fails with.
@@ -365,11 +365,11 @@ impl Passage {
         sum: &mut [f64],
         ask: &mut impl FnMut(&mut F, f64, &mut [f64], &mut [f64]) -> Result<(), AnalysisError>,
     ) -> Result<Way, AnalysisError> {
-        let drives = form.drives(t, state)?;
-        if drives.is_empty() || form.share(t, state)? >= LOST {
+        if gap.centre <= 0.0 {
             return Ok(Way::Round);
         }
-        if gap.centre <= 0.0 {
+        let drives = form.drives(t, state)?;
+        if drives.is_empty() || form.share(t, state)? >= LOST {
             return Ok(Way::Round);
         }
         // Towards a time that cannot be passed, half of `centre` is left. Where the motion is about to turn back it is slow, and `s` is
