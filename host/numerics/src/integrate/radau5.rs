@@ -254,7 +254,7 @@ impl<const S: usize> Radau<S> {
                 found = true;
                 self.control.theta = if best_rate < 1.0 { best_rate } else { self.control.keep_jacobian };
             } else if let Some(share) = slow {
-                return Err(self.control.slow(share));
+                return Err(self.control.slow(share, h, change));
             }
             if found {
                 self.control.iterations = iteration;
@@ -274,7 +274,7 @@ impl<const S: usize> Radau<S> {
                 return Ok(());
             }
         }
-        Err(self.control.slow(0.5))
+        Err(self.control.slow(0.5, h, last))
     }
 
     /// Increments of sums, which the iterations are not judged by: those that their rates at the stages give.

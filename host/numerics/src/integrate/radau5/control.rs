@@ -3,6 +3,7 @@
 use super::super::Price;
 use super::super::fill::Work;
 use super::super::steps::Fault;
+use super::MOST_ROUND_OFF;
 
 /// Iterations of Newton's method before a step with three stages is given up; with more, steps are longer (program RADAU).
 const MOST_ITERATIONS: usize = 7;
@@ -23,6 +24,10 @@ const KEEP_STEP: [f64; 2] = [1.0, 1.2];
 const KEEP_STEP_OF_LARGE: [f64; 2] = [0.95, 2.0];
 /// Iterations for the cost of which a factorisation costs much.
 const LARGE: f64 = 4.0;
+/// Share of a step size at which Newton's method failed below which the steps after it stay: in smooth motion it would fail there again.
+const BELOW_FAILED: f64 = 0.6;
+/// Accepted steps for which that holds.
+const HEEDED: usize = 10;
 /// Limits of the ratio of step sizes.
 const RATIO: [f64; 2] = [0.2, 8.0];
 const SAFETY: f64 = 0.9;
@@ -61,6 +66,8 @@ pub(super) struct Control {
     /// Ratios of step sizes within which step size and factorisation are kept.
     keep_step: [f64; 2],
     pub(super) iterations: usize,
+    /// Size of a step, longer than the one before, at which the iterations failed with a Jacobian of its start, and steps accepted since.
+    failed: Option<(f64, usize)>,
     /// Step size and error of the last accepted step.
     last: Option<(f64, f64)>,
     /// Step size and error, in tolerances, of the last step: for the interpolation.
@@ -105,6 +112,7 @@ impl Control {
             keep_jacobian: KEEP_JACOBIAN,
             keep_step: KEEP_STEP,
             iterations: 0,
+            failed: None,
             last: None,
             last_estimate: None,
             rejected: false,
@@ -155,6 +163,13 @@ impl Control {
     pub(super) fn size_after_acceptance(&mut self, tried: f64, h: f64, error: f64) -> f64 {
         let ratio = self.ratio_after_acceptance(tried, error);
         self.rejected = false;
+        if let Some((_, steps)) = &mut self.failed {
+            *steps += 1;
+        }
+        self.failed = self.failed.filter(|(_, steps)| *steps <= HEEDED);
+        // Where iterations converge at once, it was round-off that they failed by, whatever the step size.
+        let bound = self.failed.filter(|_| self.theta > KEEP_JACOBIAN);
+        let ratio = bound.map_or(ratio, |(failed, _)| ratio.min((BELOW_FAILED * failed / tried).max(1.0)));
         // A step shortened for a sample or the end says little against the size asked for.
         let wanted = if tried < 0.999 * h { (tried * ratio).max(h.min(tried * RATIO[1])) } else { tried * ratio };
         let [least, most] = self.keep_step;
@@ -189,6 +204,7 @@ impl Control {
         self.polynomial_of = None;
         self.last = None;
         self.last_estimate = None;
+        self.failed = None;
         self.convergence = 1.0;
     }
 
@@ -200,8 +216,12 @@ impl Control {
         self.convergence = self.convergence.max(f64::EPSILON).powf(0.8).max(best);
     }
 
-    /// The iterations failed; where the Jacobian is one of another state, a new one is taken.
-    pub(super) fn slow(&mut self, share: f64) -> Fault {
+    /// The iterations failed in a step of this size, with a last change of this share of the error test; where the Jacobian is one of
+    /// another state, a new one is taken.
+    pub(super) fn slow(&mut self, share: f64, h: f64, change: f64) -> Fault {
+        if self.jacobian_is_current && change > MOST_ROUND_OFF && self.polynomial_of.is_some_and(|last| h > last) {
+            self.failed = Some((h, 0));
+        }
         self.theta = 1.0;
         self.factored = None;
         Fault::Slow(share)
