@@ -221,6 +221,16 @@ pub struct BodyRecord {
     pub shapes: Vec<ShapeRecord>,
 }
 
+impl BodyRecord {
+    /// Makes it one of several copies of the body, with an equal share of its mass.
+    pub fn share_mass(&mut self, copies: usize) {
+        let share = 1.0 / copies as f64;
+        self.mass.iter_mut().for_each(|mass| mass.value *= share);
+        self.inertia.iter_mut().flat_map(|inertia| &mut inertia.value).for_each(|moment| *moment *= share);
+        self.point_masses.iter_mut().for_each(|point| point.mass.value *= share);
+    }
+}
+
 /// Which of the three tables an element stands in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum ElementKind {

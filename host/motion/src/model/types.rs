@@ -414,6 +414,15 @@ pub enum Quantity {
     TotalEnergy,
 }
 
+impl Quantity {
+    /// Whether it is the sum of what each of several copies of a body gives, with shares of its mass, or what each of them gives.
+    #[must_use]
+    pub fn adds_up(&self) -> bool {
+        let energy = matches!(self, Self::KineticEnergy | Self::PotentialEnergy | Self::TotalEnergy);
+        energy || matches!(self, Self::Load { .. } | Self::Balance { .. })
+    }
+}
+
 /// The matrix of `v x`.
 #[must_use]
 pub fn skew(v: &Vector3<f64>) -> Matrix3<f64> {

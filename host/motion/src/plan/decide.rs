@@ -9,6 +9,7 @@ use rustc_hash::FxHashMap;
 
 use super::axes::{Crosswise, crosswise, extend};
 use super::layout::Layout;
+use super::led::Led;
 use super::locked::{Locked, locked};
 use super::topology::Topology;
 use super::undetermined::{NullLoads, Undetermined, undetermined};
@@ -155,7 +156,7 @@ impl Plan {
         no_choice: Option<&str>,
         sparse_health: impl FnMut(&[usize], &[f64]) -> Result<Health, LinalgError>,
     ) -> Result<Self, LinalgError> {
-        let topology = Topology::new(model);
+        let topology = Topology::new(model, &Led::find(model, layout, probe));
         let all = probe.rows.to_vec();
         let mut sparse_health = sparse_health;
         // Trees with pivots beyond doubt have no dependent rows; only other scenes need the dense rank.

@@ -138,7 +138,7 @@ fn reactions_of_force_elements_are_always_unique() {
 
 /// Bodies a, b, c, d with the elements given.
 fn topology(elements: &[String]) -> Topology {
-    Topology::new(&model(&(["a", "b", "c", "d"].map(body).concat() + &elements.concat())))
+    Topology::new(&model(&(["a", "b", "c", "d"].map(body).concat() + &elements.concat())), &Led::default())
 }
 
 fn parts(topology: &Topology) -> Vec<(Vec<usize>, usize)> {
@@ -195,13 +195,42 @@ fn what_follows_time_alone_connects_nothing_and_goes_with_all_that_take_it() {
     assert_eq!(of(|island| &island.channels), [vec![1], vec![0], vec![], vec![]]);
 }
 
+/// In how many islands each of a table, a body that is welded to it and two that hang on it is.
+fn copies(holding: &str) -> Vec<usize> {
+    let at = [0.0; 3];
+    let bodies = ["table", "cup", "a", "b"].map(body).concat();
+    let seat = "[[joint]]\nname = \"seat\"\ntype = \"weld\"\nbodies = [\"table\", \"cup\"]\n\
+                frames = [{ position = [0, 0, -0.125] }, { position = [0, 0, 0], axis = [0, 0, 1], x_axis = [0, 1, 0] }]\n";
+    let hung = ["a", "b"].map(|name| element("joint", &format!("on_{name}"), "hinge", ["table", name], at)).concat();
+    prepared(&(bodies + holding + seat + &hung)).plan.topology.copies
+}
+
+#[test]
+fn bodies_follow_the_time_where_six_rows_hold_them() {
+    let at = [0.0; 3];
+    let pin = element("joint", "pin", "hinge", ["ground", "table"], at);
+    let drive = element("joint", "motor", "drive", ["ground", "table"], at) + "params.speed = 1\n";
+    assert_eq!(copies(&(pin.clone() + &drive)), [2, 2, 1, 1]);
+    // Without a drive, or with one that is driven itself by a body that moves.
+    assert_eq!(copies(&pin), [1, 1, 1, 1]);
+    let other = element("joint", "motor", "drive", ["a", "table"], at) + "params.speed = 1\n";
+    assert_eq!(copies(&(pin.clone() + &other)), [1, 1, 1, 1]);
+    // Rows that hold twice what others hold are no six; with a drive they are seven, and their loads add up as well.
+    let again = element("joint", "again", "hinge", ["ground", "table"], [0.0, 0.0, 1.0]);
+    assert_eq!(copies(&(pin.clone() + &again)), [1, 1, 1, 1]);
+    assert_eq!(copies(&(pin.clone() + &again + &drive)), [2, 2, 1, 1]);
+    // A force that takes its reactions may do so with any power of them.
+    let friction = element("force", "friction", "friction", ["ground", "table"], at);
+    assert_eq!(copies(&(pin + &drive + &friction)), [2, 2, 1, 1]);
+}
+
 #[test]
 fn every_joint_beyond_a_tree_closes_a_loop() {
     let at = [0.0; 3];
     let joint = |k: usize, i: &str, j: &str| element("joint", &format!("j{k}"), "hinge", [i, j], at);
     let twice = topology(&[joint(0, "a", "b"), joint(1, "b", "a"), joint(2, "a", "b")]);
     assert_eq!(parts(&twice)[0], (vec![0, 1], 2));
-    assert_eq!(Topology::new(&model(&scenes::four_bar(1.1))).islands[0].loops, 1);
+    assert_eq!(Topology::new(&model(&scenes::four_bar(1.1)), &Led::default()).islands[0].loops, 1);
 }
 
 #[test]
@@ -209,7 +238,7 @@ fn a_joint_that_holds_a_body_twice_closes_no_loop_of_its_own() {
     let mut model = model(&(["a", "b"].map(body).concat() + &element("joint", "j", "hinge", ["a", "b"], [0.0; 3])));
     let again = model.elements[0].markers[0].clone();
     model.elements[0].markers.push(again);
-    assert_eq!(parts(&Topology::new(&model)), [(vec![0, 1], 0)]);
+    assert_eq!(parts(&Topology::new(&model, &Led::default())), [(vec![0, 1], 0)]);
 }
 
 #[test]

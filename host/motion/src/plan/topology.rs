@@ -1,19 +1,22 @@
 //! How a model hangs together.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use element_api::Kind;
 
+use super::led::Led;
 use crate::model::{Axes, Instance, Model, Quantity};
 
 /// Bodies and elements that can influence each other, with the outputs about them.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Island {
-    /// Its bodies, ascending; never none.
+    /// Its bodies, ascending; never none. Among them those that follow the time, which other islands may have as well.
     pub bodies: Vec<usize>,
-    /// Its elements, ascending; among them what follows time alone and acts on any of them, which other islands may have as well.
+    /// Its elements, ascending; among them what follows time alone and acts on any of them, and the joints of bodies that follow the time,
+    /// which other islands may have as well.
     pub elements: Vec<usize>,
-    /// The channels that it has a share in, ascending: its own, and energies of the whole scene.
+    /// The channels that it has a share in, ascending: its own; those of bodies that other islands have as well, and of their joints;
+    /// energies of the whole scene.
     pub channels: Vec<usize>,
     /// Number of independent closed loops of joints, ground counted as one body.
     pub loops: usize,
@@ -22,27 +25,50 @@ pub struct Island {
 /// The islands of a model.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Topology {
-    /// Islands in the order of their first body. Each body is in one of them; so is each element, but for those that follow time alone.
+    /// Islands in the order of their first body of their own. Each body is in one of them, and so is each element, but for those that follow time alone.
     pub islands: Vec<Island>,
+    /// In how many islands each body is. Where there are several, each has a copy with an equal share of its mass.
+    pub copies: Vec<usize>,
+}
+
+/// What belongs to an island that is being put together.
+#[derive(Default)]
+struct Members {
+    bodies: Vec<usize>,
+    elements: Vec<usize>,
+    /// Groups of bodies that follow the time, by their roots.
+    groups: BTreeSet<usize>,
 }
 
 impl Topology {
     /// Finds the islands. Whatever can carry an influence connects: the bodies of an element, the signals that it takes, the
-    /// joints whose reactions it takes; and an output that names two bodies, since somebody has to compute it. Ground, gravity and
-    /// signals that follow time alone do not connect.
+    /// joints whose reactions it takes; and an output that names two bodies, since somebody has to compute it. Ground, gravity,
+    /// signals that follow time alone and bodies that follow the time do not connect.
     #[must_use]
-    pub fn new(model: &Model) -> Self {
+    pub fn new(model: &Model, led: &Led) -> Self {
         let bodies = model.bodies.len();
         if bodies == 0 {
-            return Self { islands: Vec::new() };
+            return Self { islands: Vec::new(), copies: Vec::new() };
         }
         let of_time = of_time_alone(model);
+        let is_led = |node: usize| if node < bodies { led.body(node) } else { led.holds(node - bodies) };
         // Bodies, then elements.
         let mut parent: Vec<usize> = (0..bodies + model.elements.len()).collect();
+        // What is not led, with what is led that it depends on.
+        let mut leaning: Vec<(usize, usize)> = Vec::new();
+        let mut connect = |parent: &mut Vec<usize>, nodes: &[usize]| {
+            let first = nodes.iter().copied().find(|node| !is_led(*node));
+            for node in nodes {
+                match first {
+                    Some(first) if is_led(*node) => leaning.push((first, *node)),
+                    _ => join(parent, first.unwrap_or(nodes[0]), *node),
+                }
+            }
+        };
         for (index, element) in model.elements.iter().enumerate().filter(|(index, _)| !of_time[*index]) {
-            let own = bodies + index;
-            element.markers.iter().filter_map(|marker| marker.body).for_each(|body| join(&mut parent, own, body));
-            element.joints.iter().for_each(|joint| join(&mut parent, own, bodies + joint));
+            let mut nodes = vec![bodies + index];
+            nodes.extend(element.markers.iter().filter_map(|marker| marker.body));
+            nodes.extend(element.joints.iter().map(|joint| bodies + joint));
             for quantity in element.signals() {
                 // What comes from outside connects nothing, and anybody may compute what follows time.
                 match quantity {
@@ -51,14 +77,21 @@ impl Topology {
                     _ => {}
                 }
                 match named(quantity, bodies) {
-                    Some(nodes) => nodes.into_iter().for_each(|node| join(&mut parent, own, node)),
+                    Some(named) => nodes.extend(named),
                     // An energy of the whole scene as a signal: everything acts on this element.
-                    None => (0..parent.len()).for_each(|node| join(&mut parent, own, node)),
+                    None => nodes.extend(0..parent.len()),
                 }
             }
+            connect(&mut parent, &nodes);
         }
         for nodes in model.channels.iter().filter_map(|channel| named(&channel.quantity, bodies)) {
-            nodes.iter().for_each(|node| join(&mut parent, nodes[0], *node));
+            connect(&mut parent, &nodes);
+        }
+        // What has no body of its own but leans on some that follow the time goes with them.
+        for (node, on) in &leaning {
+            if root(&mut parent, *node) >= bodies {
+                join(&mut parent, *node, *on);
+            }
         }
         // What touches no body, such as a signal that nobody takes, goes with the first one. The root of a group is the
         // smallest of its numbers: a body, if it has one.
@@ -67,45 +100,79 @@ impl Topology {
                 join(&mut parent, element, 0);
             }
         }
-        let mut islands: Vec<Island> = Vec::new();
-        let mut island_of_root = vec![0; bodies];
+        let mut members: BTreeMap<usize, Members> = BTreeMap::new();
         for node in (0..parent.len()).filter(|node| *node < bodies || !of_time[node - bodies]) {
-            let top = root(&mut parent, node);
-            if top == node {
-                island_of_root[top] = islands.len();
-                islands.push(Island { bodies: Vec::new(), elements: Vec::new(), channels: Vec::new(), loops: 0 });
-            }
-            let island = &mut islands[island_of_root[top]];
-            if node < bodies {
-                island.bodies.push(node);
-            } else {
-                island.elements.push(node - bodies);
+            let own = members.entry(root(&mut parent, node)).or_default();
+            if node < bodies { own.bodies.push(node) } else { own.elements.push(node - bodies) }
+        }
+        for (node, on) in leaning {
+            let (node, on) = (root(&mut parent, node), root(&mut parent, on));
+            if node != on
+                && let Some(own) = members.get_mut(&node)
+            {
+                own.groups.insert(on);
             }
         }
+        let (mut islands, islands_of_root) = put_together(&members, led);
         let home = spread(model, &of_time, &mut islands);
         for (number, channel) in model.channels.iter().enumerate() {
-            match named(&channel.quantity, bodies) {
-                Some(nodes) => {
-                    let of_time = nodes[0].checked_sub(bodies).and_then(|element| home[element]);
-                    let island = of_time.unwrap_or_else(|| island_of_root[root(&mut parent, nodes[0])]);
-                    islands[island].channels.push(number);
-                }
-                None => islands.iter_mut().for_each(|island| island.channels.push(number)),
+            let Some(nodes) = named(&channel.quantity, bodies) else {
+                islands.iter_mut().for_each(|island| island.channels.push(number));
+                continue;
+            };
+            let first = nodes.iter().copied().find(|node| !is_led(*node)).unwrap_or(nodes[0]);
+            if let Some(island) = first.checked_sub(bodies).and_then(|element| home[element]) {
+                islands[island].channels.push(number);
+                continue;
             }
+            // All that have a copy may take as a signal what it does.
+            let all = &islands_of_root[&root(&mut parent, first)];
+            let sharing = if is_led(first) { all.len() } else { 1 };
+            all[..sharing].iter().for_each(|island| islands[*island].channels.push(number));
         }
         // Bodies, then the ground of the island at hand.
         let mut parent: Vec<usize> = (0..=bodies).collect();
+        let mut copies = vec![0; bodies];
         for island in &mut islands {
             parent[bodies] = bodies;
+            island.bodies.iter().for_each(|body| (parent[*body], copies[*body]) = (*body, copies[*body] + 1));
             island.loops = count_loops(model, island, &mut parent);
         }
-        Self { islands }
+        Self { islands, copies }
     }
+
+    /// The bodies of an island that no other has, ascending; never none.
+    pub fn own_bodies(&self, island: &Island) -> impl Iterator<Item = usize> {
+        island.bodies.iter().copied().filter(|body| self.copies[*body] == 1)
+    }
+}
+
+/// Islands of all members but groups that others lean on: these have copies of them. Gives the islands in which the members of each root
+/// are, ascending; the first has what acts on a group alone.
+fn put_together(members: &BTreeMap<usize, Members>, led: &Led) -> (Vec<Island>, BTreeMap<usize, Vec<usize>>) {
+    let used: BTreeSet<usize> = members.values().flat_map(|own| &own.groups).copied().collect();
+    let mut islands_of_root: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+    let mut islands = Vec::new();
+    for (root, own) in members.iter().filter(|(root, _)| !used.contains(root)) {
+        let mut island =
+            Island { bodies: own.bodies.clone(), elements: own.elements.clone(), channels: Vec::new(), loops: 0 };
+        for group in &own.groups {
+            let is_first = !islands_of_root.contains_key(group);
+            island.bodies.extend(&members[group].bodies);
+            island.elements.extend(members[group].elements.iter().filter(|element| is_first || led.holds(**element)));
+            islands_of_root.entry(*group).or_default().push(islands.len());
+        }
+        island.bodies.sort_unstable();
+        island.elements.sort_unstable();
+        islands_of_root.entry(*root).or_default().push(islands.len());
+        islands.push(island);
+    }
+    (islands, islands_of_root)
 }
 
 /// Elements whose signals follow time alone, and what comes from outside: without bodies, states and memories, and what they take is
 /// of such.
-fn of_time_alone(model: &Model) -> Vec<bool> {
+pub(super) fn of_time_alone(model: &Model) -> Vec<bool> {
     let by_itself = |element: &Instance| {
         let recording = &element.recording;
         element.class.kind == Kind::Control

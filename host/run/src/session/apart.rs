@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::error::SessionError;
 use super::opened::Session;
-use super::savings::plural;
+use super::savings::{plural, some};
 
 /// Islands that are named.
 const SHOWN: usize = 12;
@@ -16,6 +16,9 @@ pub struct Apart {
     pub chosen: bool,
     /// Operations per evaluation of all of them together.
     pub together: usize,
+    /// Bodies that follow the time, of which several islands have copies.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub shared: Vec<String>,
     /// Each by itself.
     pub islands: Vec<OwnSteps>,
 }
@@ -55,21 +58,24 @@ impl Session {
                 determined: own.determined,
             }
         });
-        Ok(Some(Apart { chosen: self.runs_apart(), together, islands: islands.collect() }))
+        let shared = self.model.bodies.iter().zip(&self.plan.topology.copies).filter(|(_, copies)| **copies > 1);
+        let shared = shared.map(|(body, _)| body.name.clone()).collect();
+        Ok(Some(Apart { chosen: self.runs_apart(), together, shared, islands: islands.collect() }))
     }
 }
 
 impl std::fmt::Display for Apart {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self.chosen {
-            true => {
-                writeln!(
-                    f,
-                    "the islands share nothing, and each takes steps of its own (--islands together: common steps):"
-                )?;
-            }
-            false => writeln!(f, "the islands share nothing; each could take steps of its own (--islands apart):")?,
-        }
+        let shared: Vec<&str> = self.shared.iter().map(String::as_str).collect();
+        let nothing = match shared.is_empty() {
+            true => "nothing".to_string(),
+            false => format!("nothing but what follows the time ({})", some(&shared)),
+        };
+        let each = match self.chosen {
+            true => "and each takes steps of its own (--islands together: common steps)",
+            false => "each could take steps of its own (--islands apart)",
+        };
+        writeln!(f, "the islands share {nothing}{} {each}:", if self.chosen { "," } else { ";" })?;
         for island in self.islands.iter().take(SHOWN) {
             let velocities = plural(island.velocities, "velocity", "velocities");
             let found = if island.determined { ", found instead of integrated" } else { "" };

@@ -50,6 +50,13 @@ impl Session {
         let bodies =
             records.places(&records.bodies, island.bodies.iter().map(|k| &model.bodies[*k].name), &records.fixed);
         scene.bodies = bodies.into_iter().map(|place| self.scene.bodies[place].clone()).collect();
+        let copies = island.bodies.iter().map(|k| (model.bodies[*k].name.as_str(), self.plan.topology.copies[*k]));
+        let shared: HashMap<&str, usize> = copies.filter(|(_, copies)| *copies > 1).collect();
+        for body in &mut scene.bodies {
+            if let Some(copies) = shared.get(body.name.value.as_str()) {
+                body.share_mass(*copies);
+            }
+        }
         let elements = records.places(&records.elements, island.elements.iter().map(|k| &model.elements[*k].name), &[]);
         scene.elements = elements.into_iter().map(|place| self.scene.elements[place].clone()).collect();
         let outputs = records.places(&records.outputs, island.channels.iter().map(|k| &model.channels[*k].name), &[]);

@@ -6,9 +6,12 @@
 //! size; the largest speeds and those that first accelerations announce), which then grow with the island's own motion. So an
 //! island that rests beside a fast one is not held to its own round-off; and the error of a slow one, which common steps
 //! would make far smaller than asked for, comes as close to the tolerance as that of any other.
+//!
+//! Of a body that follows the time each island on it has a copy with an equal share of its mass: loads, being linear in masses and in what
+//! hangs on the body, add up to those of the whole.
 
-use std::borrow::Cow;
 use std::collections::{HashSet, VecDeque};
+use std::ops::Range;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
@@ -22,6 +25,7 @@ use super::run::Run;
 use super::samplings::Rows::Sent;
 use super::sink::Sink;
 use crate::analysis::Scales;
+use crate::diagnostics::{Diagnostic, codes};
 use crate::integrate::Flow;
 use crate::plan::Island;
 use crate::pool;
@@ -30,6 +34,11 @@ use crate::results::{Audit, Event, IslandWork, LOAD, POSE, ResultsError, Status,
 /// A scene falls as fast as sqrt(g L): below this share of it, speeds count as rest, whatever the rounding of resting islands.
 const REST: f64 = 1e-3;
 
+/// The place of a value that is not shown.
+const NOWHERE: usize = usize::MAX;
+/// Largest difference of copies of a body at the end, as a share of the scene's size: they follow the time but for round-off and projection.
+const ALIKE: f64 = 1e-6;
+
 /// Islands that are prepared, with the scene that they are parts of.
 pub(super) struct Islands {
     pub(super) whole: Session,
@@ -37,9 +46,9 @@ pub(super) struct Islands {
 }
 
 /// Rows of values of all islands, as they come: a row is complete when all of them have their share of it.
-struct Rows<'a> {
+struct Rows {
     /// The places of each island's values among those of the whole.
-    places: Vec<Cow<'a, [usize]>>,
+    places: Vec<Vec<usize>>,
     /// Rows of each island that others have not reached.
     waiting: Vec<VecDeque<Vec<f64>>>,
     /// Islands of which no row waits.
@@ -50,8 +59,8 @@ struct Rows<'a> {
     values: Vec<f64>,
 }
 
-impl<'a> Rows<'a> {
-    fn new(places: Vec<Cow<'a, [usize]>>, values: usize) -> Self {
+impl Rows {
+    fn new(places: Vec<Vec<usize>>, values: usize) -> Self {
         let islands = places.len();
         let waiting = vec![VecDeque::new(); islands];
         Self { places, waiting, missing: islands, count: 0, values: vec![0.0; values] }
@@ -69,8 +78,12 @@ impl<'a> Rows<'a> {
         self.values.fill(0.0);
         for (places, waiting) in self.places.iter().zip(&mut self.waiting) {
             let row = waiting.pop_front().unwrap_or_default();
-            // Energies of the whole scene are sums; all else belongs to one island.
-            places.iter().zip(row).for_each(|(place, value)| self.values[*place] += value);
+            // Energies of the whole scene are sums, and so is what copies of a body bear; all else belongs to one island.
+            for (place, value) in places.iter().zip(row) {
+                if let Some(sum) = self.values.get_mut(*place) {
+                    *sum += value;
+                }
+            }
             self.missing += usize::from(waiting.is_empty());
         }
         self.count += 1;
@@ -81,9 +94,9 @@ impl<'a> Rows<'a> {
 /// What runs in all islands give, as it comes.
 struct Gathered<'a> {
     told: Told<'a>,
-    channels: Rows<'a>,
+    channels: Rows,
     /// Poses and loads, where they are taken.
-    pictures: Option<Rows<'a>>,
+    pictures: Option<Rows>,
     /// Time that each island has reached, s.
     reached: Vec<f64>,
     /// Sum of the shares of all islands that are done.
@@ -168,10 +181,7 @@ pub(super) fn islands_leg(
     let topology = &whole.plan.topology.islands;
     let ended = {
         let gathered = Mutex::new(Gathered {
-            channels: Rows::new(
-                topology.iter().map(|island| Cow::Borrowed(island.channels.as_slice())).collect(),
-                whole.model.channels.len(),
-            ),
+            channels: whole.channels_of_islands(),
             pictures: told.samplings.takes_pictures().then(|| whole.pictures()),
             reached: vec![told.span[0]; topology.len()],
             done: 0.0,
@@ -214,6 +224,7 @@ pub(super) fn islands_leg(
         Some(error) => Some(whole.not_written(&mut summary, &error)),
         None => whole.first_end(&mut summary, &summaries, failures),
     };
+    let failed = failed.or_else(|| whole.torn(&mut summary, &ends));
     let state = whole.end_of(ends).ok_or_else(|| "not all islands have reached the end".to_string());
     let islands = sessions.into_iter().zip(summaries).collect();
     Ok(LegEnd { session: whole, summary, failed, state, carried: None, islands })
@@ -225,15 +236,33 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 impl Session {
+    /// The places of the channels of each island among those of the whole.
+    fn channels_of_islands(&self) -> Rows {
+        let channels = &self.model.channels;
+        let mut seen = vec![false; channels.len()];
+        let mut place = |number: &usize| match std::mem::replace(&mut seen[*number], true) {
+            true if !channels[*number].quantity.adds_up() => NOWHERE,
+            _ => *number,
+        };
+        let islands = self.plan.topology.islands.iter();
+        Rows::new(islands.map(|island| island.channels.iter().map(&mut place).collect()).collect(), channels.len())
+    }
+
     /// The places of what is shown of each island among what is shown of the whole.
-    fn pictures(&self) -> Rows<'static> {
+    fn pictures(&self) -> Rows {
         let (bodies, loads) = (self.model.bodies.len(), self.model.shown_loads());
         let block = |from: usize, size: usize, number: usize| (0..size).map(move |k| from + size * number + k);
+        let mut shown = vec![false; bodies];
         let places = self.plan.topology.islands.iter().map(|island| {
-            let poses = island.bodies.iter().flat_map(|body| block(0, POSE, *body));
+            // Of copies one is shown.
+            let of_body = |body: &usize| match std::mem::replace(&mut shown[*body], true) {
+                true => vec![NOWHERE; POSE],
+                false => block(0, POSE, *body).collect(),
+            };
+            let poses: Vec<usize> = island.bodies.iter().flat_map(of_body).collect();
             let own = loads.iter().enumerate().filter(|(_, load)| island.elements.contains(&load.element));
             let loads = own.flat_map(|(number, _)| block(POSE * bodies, LOAD, number));
-            Cow::Owned(poses.chain(loads).collect())
+            poses.into_iter().chain(loads).collect()
         });
         Rows::new(places.collect(), POSE * bodies + LOAD * loads.len())
     }
@@ -296,7 +325,7 @@ impl Session {
         summary.elements = elements.cloned().collect();
         summary.audit = Audit::together(parts.iter().map(|part| &part.audit));
         let islands = self.plan.topology.islands.iter().zip(parts).map(|(island, own)| IslandWork {
-            bodies: island.bodies.iter().map(|body| self.model.bodies[*body].name.clone()).collect(),
+            bodies: self.plan.topology.own_bodies(island).map(|body| self.model.bodies[body].name.clone()).collect(),
             status: own.status,
             reason: own.reason.clone(),
             t_end_reached: own.t_end_reached,
@@ -335,6 +364,35 @@ impl Session {
         failures.into_iter().nth(first).flatten().map(|error| self.in_island(island, error))
     }
 
+    /// Copies of a body that follows the time must be in one place at the end; writes into the summary that they are not.
+    fn torn(&self, summary: &mut Summary, ends: &[Option<Restart>]) -> Option<SessionError> {
+        let mut places: Vec<Option<&[f64]>> = vec![None; self.model.bodies.len()];
+        for (island, end) in self.plan.topology.islands.iter().zip(ends) {
+            let Some(end) = end else { continue };
+            for (k, body) in island.bodies.iter().enumerate() {
+                let place = &end.working[13 * k..13 * k + 7];
+                let first = *places[*body].get_or_insert(place);
+                let apart = |at: Range<usize>, sign: f64| {
+                    let pairs = first[at.clone()].iter().zip(&place[at]);
+                    pairs.map(|(a, b)| (a - sign * b).abs()).fold(0.0, f64::max)
+                };
+                // Euler parameters of either sign are the same rotation.
+                let turned = apart(3..7, 1.0).min(apart(3..7, -1.0));
+                if apart(0..3, 1.0) > ALIKE * self.assembly.scales.length || turned > ALIKE {
+                    let name = &self.model.bodies[*body].name;
+                    let message = format!("`{name}`, which islands have in common, is not in one place at the end");
+                    summary.fail(message.clone(), Some(codes::COPIES_DIFFER));
+                    let help = "run it with common steps: `islands = \"together\"` in [simulation]";
+                    return Some(SessionError::one(
+                        &self.scene.source,
+                        Diagnostic::error(codes::COPIES_DIFFER, message).help(help),
+                    ));
+                }
+            }
+        }
+        None
+    }
+
     /// Writes into the summary that a file could not be written.
     fn not_written(&self, summary: &mut Summary, error: &ResultsError) -> SessionError {
         summary.fail(error.to_string(), Some(error.code()));
@@ -357,9 +415,10 @@ impl Session {
         Some(whole)
     }
 
-    /// The body that an island is named after: its first.
+    /// The body that an island is named after.
     pub(super) fn name_of(&self, island: &Island) -> &str {
-        &self.model.bodies[island.bodies[0]].name
+        let own = self.plan.topology.own_bodies(island).next();
+        &self.model.bodies[own.unwrap_or(island.bodies[0])].name
     }
 
     /// An error that names the island.

@@ -348,3 +348,79 @@ fn what_is_connected_stays_together() {
     // Energies that are only reported, and signals that nobody takes, connect nothing.
     assert_eq!(count(&(energy + &control("1"))), 2);
 }
+
+/// A table that turns with 2 rad/s, a cup that is welded to it, a strut that follows it; and two rods that hang on it, one of them by a strut, too.
+fn turntable() -> String {
+    let body = |name: &str, x: f64| {
+        format!("[[body]]\nname = \"{name}\"\nmass = 3\ninertia = [0.3, 0.4, 0.5]\nposition = [{x:?}, 0, 0]\n")
+    };
+    let on = |name: &str, at: f64, half: f64, angle: f64| rod(name, at, half, angle).replace("\"ground\"", "\"table\"");
+    let strut = |name: &str, i: &str, j: &str, x: f64| {
+        format!(
+            "[[force]]\nname = \"{name}\"\ntype = \"strut\"\nbodies = [\"{i}\", \"{j}\"]\n\
+             points = [[0, 2, 0], [{x:?}, 0, 0]]\nparams = {{ stiffness = 30 }}\n"
+        )
+    };
+    let seen = |quantity: &str, of: &str, on: &str| {
+        let on = if on.is_empty() { String::new() } else { format!("; on = \"{on}\"") };
+        output(&format!("{quantity}_{of}"), &format!("quantity = \"{quantity}\"; of = \"{of}\"; component = \"y\"{on}"))
+    };
+    body("table", 0.2)
+        + &body("cup", 1.0)
+        + "[[joint]]\nname = \"pin\"\ntype = \"hinge\"\nbodies = [\"ground\", \"table\"]\npoint = [0, 0, 0]\naxis = [0, 0, 1]\n\
+           [[joint]]\nname = \"motor\"\ntype = \"drive\"\nbodies = [\"ground\", \"table\"]\npoint = [0, 0, 0]\naxis = [0, 0, 1]\n\
+           params = { speed = 2 }\n\
+           [[joint]]\nname = \"seat\"\ntype = \"weld\"\nbodies = [\"table\", \"cup\"]\nframes = [{ position = [0.8, 0, -0.125] }, { position = [0, 0, 0], axis = [0, 0, 1], x_axis = [0, 1, 0] }]\n"
+        + &on("a", 1.0, 0.4, 1.0)
+        + &on("b", -1.0, 0.6, 0.5)
+        + &strut("guy", "ground", "table", 0.5)
+        + &strut("stay", "table", "b", -0.9)
+        + &output("turn", "quantity = \"coordinate\"; of = \"pin\"")
+        + &output("torque", "quantity = \"reaction_torque\"; of = \"motor\"; on = \"table\"; component = \"z\"")
+        + &output("K", "quantity = \"kinetic_energy\"")
+        + &output("V", "quantity = \"potential_energy\"")
+        + &output("aside", "quantity = \"velocity\"; of = \"a\"; component = \"x\"; frame = \"table\"")
+        + &seen("reaction_force", "pin", "table")
+        + &seen("reaction_force", "seat", "cup")
+        + &seen("force", "guy", "table")
+        + &seen("force", "stay", "b")
+        + &seen("acceleration", "cup", "")
+}
+
+/// Each island has a copy of what follows the time, with a share of its mass; what the copies bear adds up.
+#[test]
+fn bodies_that_follow_the_time_connect_nothing() {
+    let text = settings(SWING) + &turntable();
+    let (apart, together) = (run(&parted(&text)), run(&text));
+    let islands: Vec<_> = apart.summary.islands.iter().map(|island| island.bodies.clone()).collect();
+    assert_eq!(islands, [["a"], ["b"]]);
+    let off = differ(&apart, &together);
+    assert!(off < 1e-8, "{off:e}");
+    let (a, b) = (&apart.summary.audit, &together.summary.audit);
+    let sums = [(a.kinetic_energy, b.kinetic_energy), (a.potential_energy, b.potential_energy), (a.work, b.work)];
+    assert!(sums.iter().all(|(a, b)| (a - b).abs() < 1e-7) && b.work.abs() > 1.0, "{sums:?}");
+}
+
+/// What does not add up, and what others take, holds the islands together.
+#[test]
+fn bodies_whose_loads_do_not_add_up_connect() {
+    let count = |text: &str| run(&parted(&(settings(SWING) + text))).summary.islands.len();
+    let text = turntable();
+    assert_eq!(count(&text), 2);
+    let magnitude =
+        output("m", "quantity = \"reaction_force\"; of = \"pin\"; on = \"table\"; component = \"magnitude\"");
+    assert_eq!(count(&(text.clone() + &magnitude)), 0);
+    let turned =
+        output("m", "quantity = \"reaction_force\"; of = \"pin\"; on = \"table\"; component = \"x\"; frame = \"a\"");
+    assert_eq!(count(&(text.clone() + &turned)), 0);
+    let push = "[[force]]\nname = \"p\"\ntype = \"push\"\nbodies = [\"ground\", \"b\"]\nparams.factor = 0.1\ninputs.signal = \"SIGNAL\"\n";
+    assert_eq!(count(&(text.clone() + &push.replace("SIGNAL", "turn"))), 2);
+    assert_eq!(count(&(text.clone() + &push.replace("SIGNAL", "torque"))), 0);
+    // Without its drive the table is one of the moving bodies.
+    let motor = text.find("[[joint]]\nname = \"motor\"").unwrap();
+    let seat = text.find("[[joint]]\nname = \"seat\"").unwrap();
+    let torque = text.find("[[output]]\nname = \"torque\"").unwrap();
+    let after = torque + text[torque + 1..].find("[[output]]").unwrap() + 1;
+    let free = format!("{}{}{}", &text[..motor], &text[seat..torque], &text[after..]);
+    assert_eq!(count(&free), 0);
+}
