@@ -81,6 +81,8 @@ struct SampleError {
 
 /// Powers whose polynomial gives the heat of a step.
 const STENCIL: usize = 5;
+/// Share of the last gap between two of them within which older ones are left out.
+const CLOSE: f64 = 0.02;
 
 /// Powers turned into heat at the last accepted states.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
@@ -118,8 +120,10 @@ impl Heat {
             [.., before, _] if full => before[0],
             _ => points[0][0],
         };
-        let energy = integral(points, from, t);
-        let found = [energy, energy - integral(&points[1..], from, t)];
+        let (apart, count) = far_apart(points);
+        let apart = &apart[STENCIL - count..];
+        let energy = integral(apart, from, t);
+        let found = [energy, energy - integral(&apart[1..], from, t)];
         let before = if full { [0.0; 2] } else { std::mem::replace(&mut self.begun, found) };
         self.difference += found[1] - before[1];
         if full {
@@ -127,6 +131,22 @@ impl Heat {
         }
         found[0] - before[0]
     }
+}
+
+/// The points, at least two, but for those that are so close before the next that their round-off would be extrapolated over the last gap:
+/// a step that ends at a switch may be some 1e-13 s long. They are the last of the list, which has so many.
+fn far_apart(points: &[[f64; 2]]) -> ([[f64; 2]; STENCIL], usize) {
+    let mut found = [[0.0; 2]; STENCIL];
+    let (last, before) = (points[points.len() - 1], points[points.len() - 2]);
+    let least = CLOSE * (last[0] - before[0]);
+    let mut count = 0;
+    for point in points.iter().rev() {
+        if count < 2 || found[STENCIL - count][0] - point[0] >= least {
+            count += 1;
+            found[STENCIL - count] = *point;
+        }
+    }
+    (found, count)
 }
 
 /// The integral of the polynomial through at most five points (time, value) between two times: Newton's form, by Gauss's rule of

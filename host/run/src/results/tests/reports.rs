@@ -286,6 +286,28 @@ fn heat_is_summed_up_by_polynomials_of_degree_four() {
     assert_eq!(Audit::from(&record), audit);
 }
 
+/// Steps that end at a switch may be as short as round-off of the time.
+#[test]
+fn heat_of_steps_beside_very_short_ones_is_no_extrapolated_round_off() {
+    for at_start in [false, true] {
+        let mut audit = Audit::default();
+        let mut heat = |t: f64, off: f64| {
+            audit.energy(t, 0.0, 0.0, 50.0);
+            audit.heating(t, 100.0 + t.sin() + off);
+        };
+        for k in 0..=40 {
+            let t = 0.05 * f64::from(k);
+            heat(t, 0.0);
+            if k % 8 == 4 || (at_start && k == 0) {
+                heat(t + 1e-13, 1e-10);
+                heat(t + 3e-13, -1e-10);
+            }
+        }
+        let error = (audit.dissipated - (201.0 - 2.0_f64.cos())).abs();
+        assert!(error < 1e-4 && audit.dissipated_error < 0.1, "{error:e} {audit:?}");
+    }
+}
+
 #[test]
 fn the_error_of_heat_is_estimated_and_shown_where_it_is_in_what_is_printed() {
     let heated = |step: f64| {
