@@ -81,8 +81,8 @@ struct SampleError {
 
 /// Powers whose polynomial gives the heat of a step.
 const STENCIL: usize = 5;
-/// Share of the last gap between two of them within which older ones are left out.
-const CLOSE: f64 = 0.02;
+/// Times as long as the step before that a step is only where that ended at a switch.
+const SUDDEN: f64 = 100.0;
 
 /// Powers turned into heat at the last accepted states.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
@@ -100,12 +100,18 @@ struct Heat {
 }
 
 impl Heat {
-    /// Energy turned into heat since the last state, J: by the polynomial through this state and the four before it. While there are
-    /// fewer, all of the energy since the first is found anew.
+    /// Energy turned into heat since the last state, J: by the polynomial through this state and the four before it, as far as they are
+    /// behind the last switch. While there are fewer, all of the energy since the first is found anew.
     fn next(&mut self, t: f64, power: f64) -> f64 {
         if self.known > 0 && t <= self.points[self.known - 1][0] {
             self.points[self.known - 1] = [t, power];
             return 0.0;
+        }
+        // The power has a kink there, and over a step that may be some 1e-13 s long differences are round-off.
+        if let [.., before, last] = self.points[..self.known]
+            && t - last[0] > SUDDEN * (last[0] - before[0])
+        {
+            (self.points[0], self.known, self.begun) = (last, 1, [0.0; 2]);
         }
         let full = self.known == STENCIL;
         if full {
@@ -120,10 +126,8 @@ impl Heat {
             [.., before, _] if full => before[0],
             _ => points[0][0],
         };
-        let (apart, count) = far_apart(points);
-        let apart = &apart[STENCIL - count..];
-        let energy = integral(apart, from, t);
-        let found = [energy, energy - integral(&apart[1..], from, t)];
+        let energy = integral(points, from, t);
+        let found = [energy, energy - integral(&points[1..], from, t)];
         let before = if full { [0.0; 2] } else { std::mem::replace(&mut self.begun, found) };
         self.difference += found[1] - before[1];
         if full {
@@ -131,22 +135,6 @@ impl Heat {
         }
         found[0] - before[0]
     }
-}
-
-/// The points, at least two, but for those that are so close before the next that their round-off would be extrapolated over the last gap:
-/// a step that ends at a switch may be some 1e-13 s long. They are the last of the list, which has so many.
-fn far_apart(points: &[[f64; 2]]) -> ([[f64; 2]; STENCIL], usize) {
-    let mut found = [[0.0; 2]; STENCIL];
-    let (last, before) = (points[points.len() - 1], points[points.len() - 2]);
-    let least = CLOSE * (last[0] - before[0]);
-    let mut count = 0;
-    for point in points.iter().rev() {
-        if count < 2 || found[STENCIL - count][0] - point[0] >= least {
-            count += 1;
-            found[STENCIL - count] = *point;
-        }
-    }
-    (found, count)
 }
 
 /// The integral of the polynomial through at most five points (time, value) between two times: Newton's form, by Gauss's rule of
