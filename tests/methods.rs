@@ -5,6 +5,7 @@ use odyn::integrate::{Accepted, Estimate, Explicit, Integrator, Method, Pair, Ro
 use odyn::results::Remedy;
 use odyn::session::{RunReport, Session};
 
+use crate::inertia::try_text;
 use crate::support::{assert_same_motion, column, difference, options, root};
 
 // ANCHOR: pair
@@ -270,4 +271,29 @@ fn the_choice_of_the_method_costs_little_more_than_the_better_one() {
             }
         }
     }
+}
+
+/// Undamped beams in large motion: the Jacobian of an earlier step no longer serves, and steps of one size cannot be made shorter.
+#[test]
+fn steps_of_one_size_take_a_new_jacobian_where_the_old_one_fails() {
+    let mut text = String::from(
+        "[plugins]\nlibraries = [\"odyn-joints\", \"odyn-forces\"]\n\
+         [simulation]\ngravity = [0, 0, -9.81]\nt_end = 0.06\noutput_step = 0.01\nmethod = \"radau5\"\n\
+         [[output]]\nname = \"z\"\nquantity = \"position\"\nof = \"n10\"\ncomponent = \"z\"\n",
+    );
+    for k in 1..=10 {
+        let (at, before) = (0.1 * f64::from(k), 0.1 * f64::from(k - 1));
+        let other = if k == 1 { "ground".into() } else { format!("n{}", k - 1) };
+        text += &format!(
+            "[[body]]\nname = \"n{k}\"\nmass = 0.027\ninertia = [4.5e-7, 2.2725e-5, 2.2725e-5]\nposition = [{at:?}, 0, 0]\n\
+             [[force]]\nname = \"e{k}\"\ntype = \"beam\"\nbodies = [\"{other}\", \"n{k}\"]\n\
+             points = [[{before:?}, 0, 0], [{at:?}, 0, 0]]\naxis = [0, 0, 1]\nx_axis = [1, 0, 0]\n\
+             params = {{ length = 0.1, young = 7e10, shear = 2.7e10, area = 1e-4, iy = 8.333e-10, iz = 8.333e-10, torsion = 1.667e-9 }}\n"
+        );
+    }
+    let of = |sets: &[&str]| column(&try_text(&text, sets).unwrap(), "z").to_vec();
+    let [fixed, finer] = ["1 ms", "0.1 ms"].map(|step| of(&[&format!("simulation.fixed_step={step}")]));
+    let largest = finer.iter().fold(0.0_f64, |most, z| most.max(z.abs()));
+    let off = fixed.iter().zip(&finer).fold(0.0_f64, |most, (a, b)| most.max((a - b).abs()));
+    assert!(largest > 0.01 && off < 1e-3 * largest, "{off:e} of {largest}");
 }

@@ -439,8 +439,19 @@ impl<const S: usize> Stepper for Radau<S> {
         run.start_rates(y, &mut self.start)
     }
 
+    /// Such a step cannot be made shorter: where its iterations fail, they are begun again with a Jacobian of its start, if they had an older
+    /// one, and then from the start of the step.
     fn make_step(&mut self, run: &mut Run<'_>, y: &[f64], t_new: f64) -> Result<(), Fault> {
-        self.solve_step(run, y, t_new)?;
+        while let Err(fault) = self.solve_step(run, y, t_new) {
+            let is_slow = matches!(fault, Fault::Slow(_));
+            if is_slow && !self.control.jacobian_is_current {
+                self.control.theta = 1.0;
+            } else if is_slow && self.control.polynomial_of.is_some() {
+                self.discard();
+            } else {
+                return Err(fault);
+            }
+        }
         Ok(self.end_of_step(run, t_new)?)
     }
 
