@@ -227,6 +227,12 @@ impl Floor {
                 let state = &mut self.inputs[given + k];
                 grows |= made > GROWTH * *state;
                 *state = state.max(made);
+                // An unknown is somewhere within its error, and others that depend on it have slopes of there: near zero q^2 has none.
+                let unknown = &mut self.inputs[first + k];
+                if value > 0.0 && unknown.abs() < self.errors[k] {
+                    *unknown = self.errors[k];
+                    grows = true;
+                }
             }
             if !grows {
                 break;
