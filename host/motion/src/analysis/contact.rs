@@ -43,6 +43,8 @@ const RANK_TOLERANCE: f64 = 1e-9;
 const NO_ACCELERATION: f64 = 1e-9;
 /// Share of the largest acceleration in a scene below which all are round-off.
 const LEAST_ACCELERATION: f64 = 1e-5;
+/// The same of rows whose motion others determine: what these leave of loads that cancel.
+const LEAST_DETERMINED: f64 = 1e-2;
 /// Share of what two rows would have to do with each other if nothing but they held their bodies below which it is round-off.
 const APART: f64 = 1e-13;
 /// Share of the speeds in a scene below which a contact's is none.
@@ -314,6 +316,7 @@ impl Contacts {
                 limit,
                 contact: contact.flatten(),
                 stuck,
+                moves: false,
                 rows: own.collect(),
                 only: None,
                 fixed: false,
@@ -532,11 +535,21 @@ impl Meeting {
     /// What the impulses so far change of the velocities of bodies, six each.
     #[must_use]
     pub fn change(&self) -> Vec<f64> {
+        self.change_by(&self.impulses)
+    }
+
+    fn change_by(&self, impulses: &DVector<f64>) -> Vec<f64> {
         let mut change = vec![0.0; self.responses.first().map_or(0, Vec::len)];
-        for (response, impulse) in self.responses.iter().zip(self.impulses.iter()) {
+        for (response, impulse) in self.responses.iter().zip(impulses.iter()) {
             change.iter_mut().zip(response).for_each(|(sum, part)| *sum += impulse * part);
         }
         change
+    }
+
+    /// The most that impulses change of the velocity of a body, m/s.
+    fn changed_by(&self, impulses: &DVector<f64>) -> f64 {
+        let norm = |v: &[f64]| v.iter().take(3).map(|part| part * part).sum::<f64>().sqrt();
+        self.change_by(impulses).chunks(6).map(norm).fold(0.0, f64::max)
     }
 
     /// Accelerations c'' of all rows where bodies have these accelerations, six each, and velocities that belong to the gammas.
@@ -570,7 +583,10 @@ impl Meeting {
         let all = self.blocks.iter().map(|rows| rows.iter().map(relative).fold(0.0, f64::max)).collect::<Vec<_>>();
         let most = all.iter().copied().fold(largest, f64::max);
         for (rows, size) in self.blocks.iter().zip(all) {
-            rows.iter().for_each(|row| self.around[*row] = size.max(LEAST_ACCELERATION * most));
+            for row in rows {
+                let least = if self.row_gives_way(*row) { LEAST_ACCELERATION } else { LEAST_DETERMINED };
+                self.around[*row] = size.max(least * most);
+            }
         }
         found
     }

@@ -44,6 +44,8 @@ pub struct Grip {
     pub contact: Option<usize>,
     /// Whether it stuck before: where its reaction is at the limit, it slides.
     pub stuck: bool,
+    /// Whether it moves, however slowly: see [`Meeting::lets_move`].
+    pub moves: bool,
     pub(super) rows: Vec<usize>,
     /// The only direction in which other rows let it move, if there is but one of two.
     pub(super) only: Option<[f64; 2]>,
@@ -223,7 +225,7 @@ impl Meeting {
     /// How fast the rows of a grip may move without doing so, where speeds are of this size.
     pub(super) fn no_slip(&self, grip: &Grip, speed: f64) -> f64 {
         let size = grip.largest(|row| self.sizes[row]);
-        let none = if grip.rows.len() > 1 { self.still.max(super::NO_SPEED) } else { super::NO_SPEED };
+        let none = if grip.rows.len() > 1 && !grip.moves { self.still.max(super::NO_SPEED) } else { super::NO_SPEED };
         none * speed * size
     }
 

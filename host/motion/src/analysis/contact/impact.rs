@@ -9,9 +9,12 @@
 use nalgebra::DVector;
 
 use super::decision::Decision;
+use super::friction::{norm, pair};
 use super::smallest::block;
 use super::{Grip, Holder, Meeting, NO_SPEED, Pattern, as_fast};
 
+/// Size of errors of velocities, beyond which ending what is taken for one moves bodies.
+const MOVED: f64 = 100.0;
 /// Impacts one after the other at one instant.
 const MOST_STRIKES: usize = 2000;
 
@@ -145,15 +148,24 @@ impl Meeting {
     /// impulses, also of one that pulls. It stands for the bouncing that is left out, which gives that much less than the impulse before
     /// and the weight: all in all as much friction as normal impulse.
     pub fn come_to_rest(&mut self, pattern: &Pattern, of_rows: &DVector<f64>, speed: f64) {
+        let impulses = self.impulses_to_rest(pattern, of_rows, speed, &self.rates);
+        self.push(impulses);
+    }
+
+    /// The impulses of [`Meeting::come_to_rest`] for rows with these rates.
+    fn impulses_to_rest(
+        &self,
+        pattern: &Pattern,
+        of_rows: &DVector<f64>,
+        speed: f64,
+        rates: &DVector<f64>,
+    ) -> DVector<f64> {
         let mut rows: Vec<usize> = pattern.closed.iter().flat_map(|k| self.first[*k]..self.first[k + 1]).collect();
         rows.extend(self.silent(pattern, of_rows, speed).into_iter().map(|k| self.first[k]));
         let sticking = self.grips.iter().filter(|grip| pattern.sticking.contains(&grip.number));
         rows.extend(sticking.flat_map(|grip| grip.rows.iter().copied()));
+        rows.extend(self.beginning(pattern, speed).flat_map(|grip| grip.rows.iter().copied()));
         let slides = |grip: &&Grip| pattern.sliding.iter().any(|(number, _)| *number == grip.number);
-        // Friction turns what is across its direction about as fast as it is slow: next to rest no step follows that.
-        let begins =
-            self.grips.iter().filter(slides).filter(|grip| grip.rows.len() > 1 && self.moving(grip, speed).is_none());
-        rows.extend(begins.flat_map(|grip| grip.rows.iter().copied()));
         let sliding = self.grips.iter().filter(slides).filter_map(|grip| {
             let contact = grip.contact.filter(|contact| pattern.closed.contains(contact))?;
             Some((grip, contact, self.moving(grip, speed)?))
@@ -163,7 +175,7 @@ impl Meeting {
         for (grip, contact, direction) in &sliding {
             self.drag(&mut matrix, &rows, *contact, (&grip.rows, grip.limit, *direction));
         }
-        let found = self.solve(&rows, &matrix, DVector::from_fn(rows.len(), |i, _| -self.rates[rows[i]]));
+        let found = self.solve(&rows, &matrix, DVector::from_fn(rows.len(), |i, _| -rates[rows[i]]));
         let mut impulses = DVector::zeros(self.rows.len());
         rows.iter().zip(found.iter()).for_each(|(row, value)| impulses[*row] = *value);
         for (grip, contact, direction) in sliding {
@@ -171,7 +183,35 @@ impl Meeting {
             let own = grip.rows.iter().zip(direction);
             own.for_each(|(row, direction)| impulses[*row] = -grip.limit * pressing * direction);
         }
-        self.push(impulses);
+        impulses
+    }
+
+    /// Frictions in a plane that begin to slide from rest. Friction turns what is across its direction about as fast as it is slow: next to
+    /// rest no step follows that.
+    fn beginning(&self, pattern: &Pattern, speed: f64) -> impl Iterator<Item = &Grip> {
+        let slides = |grip: &&Grip| pattern.sliding.iter().any(|(number, _)| *number == grip.number);
+        let begins = move |grip: &&Grip| grip.rows.len() > 1 && self.moving(grip, speed).is_none();
+        self.grips.iter().filter(slides).filter(begins)
+    }
+
+    /// A friction that is taken to be at rest although it moves: ending its motion, which is no more than an error by itself, would change the
+    /// velocities of bodies by more than that. Two feet that are tied together hardly move against each other, however the machine turns
+    /// on them. Of several the fastest; it moves from here on.
+    pub fn lets_move(&mut self, pattern: &Pattern, of_rows: &DVector<f64>, speed: f64) -> bool {
+        let slip = |grip: &Grip| norm(pair(&grip.rows, |row| self.rates[row] / self.sizes[row]));
+        let holds = |grip: &&Grip| pattern.sticking.contains(&grip.number);
+        let resting = self.grips.iter().filter(holds).chain(self.beginning(pattern, speed));
+        let moving: Vec<&Grip> = resting.filter(|grip| !grip.fixed && slip(grip) > NO_SPEED * speed).collect();
+        let Some(fastest) = moving.iter().max_by(|a, b| slip(a).total_cmp(&slip(b))) else { return false };
+        let number = fastest.number;
+        let mut rates = DVector::zeros(self.rows.len());
+        moving.iter().flat_map(|grip| &grip.rows).for_each(|row| rates[*row] = self.rates[*row]);
+        let changed = self.changed_by(&self.impulses_to_rest(pattern, of_rows, speed, &rates));
+        let is_moved = changed > MOVED * self.still * speed;
+        if is_moved && let Some(grip) = self.grips.iter_mut().find(|grip| grip.number == number) {
+            grip.moves = true;
+        }
+        is_moved
     }
 
     /// Whether something moves against the direction in which the pattern takes it to slide, where speeds are of this size: ending

@@ -35,6 +35,7 @@ fn touching(points: &[Point], inertia: f64) -> (Meeting, DMatrix<f64>) {
             stuck: false,
             rows: vec![n + k],
             only: None,
+            moves: false,
             fixed: false,
         };
         grip.look(&geometry, &sizes);

@@ -49,7 +49,10 @@ impl Simulation<'_> {
             self.report_indeterminate(t, &meeting.touching, &Indeterminate { moving, ..Indeterminate::default() })?;
             self.give_velocities(t, state, &meeting, &mut jump)?;
             let accelerations = self.accelerations(t, state, &mut meeting)?;
-            let pattern = self.pattern(&meeting, &accelerations, speed)?;
+            let mut pattern = self.pattern(&meeting, &accelerations, speed)?;
+            while pattern.as_ref().is_some_and(|pattern| meeting.lets_move(pattern, &accelerations, speed)) {
+                pattern = self.pattern(&meeting, &accelerations, speed)?;
+            }
             match &pattern {
                 Some(pattern) => meeting.come_to_rest(pattern, &accelerations, speed),
                 None if meeting.seize(speed) => {}
