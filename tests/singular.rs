@@ -335,3 +335,26 @@ fn a_drive_beyond_a_dead_centre_is_named() {
         }
     }
 }
+
+/// A body that tumbles on a constant-velocity joint past a bend of 180 deg, which generic motions cross: e_3 = 0 on both sides. Reference: its
+/// equations for w . (z_i + z_j) = 0, DOP853 at 1e-12.
+#[test]
+fn shafts_keep_to_their_solution_past_a_bend_of_180_degrees() {
+    let text = "[plugins]\nlibraries = [\"odyn-joints\"]\n[simulation]\nt_end = 1\noutput_step = 0.1\n\
+                [[body]]\nname = \"b\"\nmass = 1\ninertia = [0.1, 0.2, 0.15]\nposition = [0, 0, 0.5]\nangular_velocity = [5, 1, \"free\"]\n\
+                [[joint]]\nname = \"cv\"\ntype = \"constant-velocity\"\nbodies = [\"ground\", \"b\"]\npoint = [0, 0, 0]\naxis = [0, 0, 1]\n\
+                x_axis = [1, 0, 0]\n\
+                [[output]]\nname = \"x\"\nquantity = \"position\"\nof = \"b\"\ncomponent = \"x\"\n\
+                [[output]]\nname = \"z\"\nquantity = \"position\"\nof = \"b\"\ncomponent = \"z\"\n\
+                [[output]]\nname = \"e3\"\nquantity = \"orientation\"\nof = \"b\"\ncomponent = \"e3\"\n";
+    let scratch = Scratch::new();
+    let path = scratch.file("scene.toml", text);
+    for formulation in FORMULATIONS {
+        for tolerance in [1e-6, 1e-9, 1e-11] {
+            let report = finished(&path, formulation, tolerance);
+            let last = |name: &str| *column(&report, name).last().unwrap();
+            let off = (last("x") + 0.311_495_155).abs().max((last("z") - 0.141_616_510).abs());
+            assert!(off < 10.0 * tolerance + 2e-9 && last("e3").abs() < 1e-12, "{formulation} {tolerance:e}: {off:e}");
+        }
+    }
+}

@@ -8,10 +8,12 @@
 //! | row | equation |
 //! |---|---|
 //! | x, y, z | A_i^T d = 0 |
-//! | homokinetic | x_i . y_j - y_i . x_j = 0 |
+//! | homokinetic | 2 cos(b / 2) atan2(x_i . y_j - y_i . x_j, x_i . x_j + y_i . y_j) = 0, with the bend b: cos b = z_i . z_j |
 //!
-//! Derivation. Let e be the Euler parameters of A = A_i^T A_j. Then x_i . y_j - y_i . x_j = A_12 - A_21 = -4 e_0 e_3, so the
-//! row says e_3 = 0: the rotation that brings frame `i` to frame `j` is about an axis across both shafts z_i and z_j. That axis
+//! Derivation. Let e be the Euler parameters of A = A_i^T A_j. Then x_i . y_j - y_i . x_j = A_12 - A_21 = -4 e_0 e_3 and
+//! x_i . x_j + y_i . y_j = A_11 + A_22 = 2 (e_0^2 - e_3^2), so that the angle is -2 atan2(e_3, e_0), whatever the signs of e, and
+//! the row next to -4 e_3 sign e_0. It says e_3 = 0 (the first of these alone would allow e_0 = 0 as well, where the shafts turn
+//! against each other): the rotation that brings frame `i` to frame `j` is about an axis across both shafts z_i and z_j. That axis
 //! lies in the plane that halves the angle of the shafts, and the joint is the mirror image of itself in this plane, which
 //! makes the speeds about the shafts equal (Hunt, Constant-velocity shaft couplings: a general theory, J. Eng. Ind. 95, 1973).
 //! In terms of velocities, with the relative angular velocity w: w . (z_i + z_j) = 0.
@@ -27,7 +29,8 @@
 //! Of frames placed by `axes` give `x_axes`, too, as in the example; x axes that are left out are near that of ground, which are
 //! other ones in general, and assembly turns the shafts until they fit.
 //!
-//! At a bend of 180 deg (z_j = -z_i), where the row also has a second solution e_0 = 0. No real joint bends that far.
+//! At a bend of 180 deg (z_j = -z_i), where the row has no value. Motions pass it, since no step ends there but by chance. No real
+//! joint bends that far.
 //!
 //! ## Example
 //!
@@ -109,6 +112,7 @@ impl Constraint for ConstantVelocity {
     fn residual<S: Scalar>(&self, at: &Configuration<'_, S>, rows: &mut Rows<'_, S>) {
         let (i, j) = (&at.frames[0], &at.frames[1]);
         blocks::coincident(i, j, rows);
-        rows.push(i.x().dot(&j.y()) - i.y().dot(&j.x()));
+        let angle = (i.x().dot(&j.y()) - i.y().dot(&j.x())).atan2(i.x().dot(&j.x()) + i.y().dot(&j.y()));
+        rows.push(angle * ((i.z().dot(&j.z()) + 1.0) * 2.0).sqrt());
     }
 }
