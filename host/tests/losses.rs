@@ -77,6 +77,42 @@ fn a_run_that_is_killed_is_resumed_with_the_same_bytes() {
     assert!(scratch.odyn("resume killed").ends_with(0).out().contains("nothing is left to do"));
 }
 
+/// What `--verify`, `--digits` and `--report` ask for is not forgotten by a run that is killed, be it on its way or while it is judged.
+#[test]
+fn a_run_that_is_resumed_is_judged_as_it_was_to_be() {
+    let scratch = Scratch::new("judged");
+    scratch.odyn("run brick.toml --t-end 200 --set simulation.output_step=100 -q -o before").ends_with(0);
+    for (more, name) in [("--digits --report", "whole"), ("--from before", "on")] {
+        let line = format!(
+            "run brick.toml {more} --t-end 1s --tol 1e-4 --set simulation.output_step=50 --checkpoint every=100 --verify -q -o"
+        );
+        // Such a tolerance is none for an axis that tumbles.
+        scratch.odyn(&format!("{line} {name}")).ends_with(7);
+        let file = |folder: &str, name: &str| scratch.0.join(folder).join(name);
+        let checkpoint = |folder: &str| file(folder, "checkpoint.toml").exists();
+        assert!(!checkpoint(name));
+        let killed = format!("{name}-killed");
+        let is_killed = (0..50).any(|_| {
+            let mut run = start(&scratch, &format!("{line} {killed}"));
+            wait_until("a checkpoint", || checkpoint(&killed) || run.try_wait().unwrap().is_some());
+            let _ = run.kill();
+            run.wait().unwrap();
+            checkpoint(&killed)
+        });
+        assert!(is_killed, "each run was at its end before it was killed");
+        scratch.odyn(&format!("resume {killed} -q")).ends_with(7);
+        assert!(!checkpoint(&killed));
+        let [alone, resumed] = [name, &killed].map(|folder| scratch.json(&format!("{folder}/summary.json")));
+        assert_eq!(resumed["resumed"], 1);
+        assert!(alone["verified"].is_object() && resumed["verified"] == alone["verified"], "{}", resumed["verified"]);
+        assert_eq!(resumed["digits"], alone["digits"]);
+        for written in ["digits.csv", "report.html"] {
+            let [alone, resumed] = [name, &killed].map(|folder| file(folder, written).exists());
+            assert_eq!((alone, resumed), (more.contains("digits"), more.contains("digits")), "{written}");
+        }
+    }
+}
+
 #[test]
 fn what_cannot_be_resumed_is_told_with_its_reason() {
     let scratch = Scratch::new("refused");
@@ -397,7 +433,7 @@ fn a_damaged_checkpoint_or_table_is_not_resumed() {
     fs::write(scratch.0.join("out/results.csv"), &table).unwrap();
     // A checkpoint of the format before.
     let text = String::from_utf8(sound).unwrap();
-    let older = text.replacen("format = 5", "format = 2", 1);
+    let older = text.replacen("format = 6", "format = 2", 1);
     assert_ne!(older, text);
     fs::write(&checkpoint, older).unwrap();
     refused("its format is 2, that of an older odyn");

@@ -60,7 +60,8 @@ Ctrl-C ends the run after the current step with valid results, a second one at o
     #[command(after_help = "\
 The run must have been started with --checkpoint. Scene, options and libraries are those that it was started with, as its folder
 tells; if one of them has changed since, the run is refused. Rows after the last checkpoint are computed again. The table
-is the same, byte for byte, as that of a run with the same checkpoints that was left alone.
+is the same, byte for byte, as that of a run with the same checkpoints that was left alone. --verify, --digits and --report are among
+the options, also where the run was killed while it was judged.
 
 Examples:
   odyn run scenes/compressor.toml --t-end \"10 s\" --checkpoint every=1s -o results/long

@@ -10,7 +10,7 @@ use odyn::session::{Checkpoint, Session};
 use super::exit;
 use super::failure::Failure;
 use super::interrupt::stop_on_interrupt;
-use super::run::{Told, integrate, warn};
+use super::run::{Told, complete, warn};
 use super::scene_args::ResumeArgs;
 use super::terminal;
 
@@ -35,12 +35,12 @@ pub(super) fn resume(args: &ResumeArgs) -> Result<u8, Failure> {
     };
     options.plugins.extend(args.plugins.iter().cloned());
     options.equilibrium = Some(statics::start);
+    let afterwards = options.afterwards;
     let mut session = Session::open(scene, &options)?;
     session.resume(point)?;
     let told = Told { json: args.json, quiet: args.quiet };
     warn(&session, &told);
-    let result = integrate(session, folder, &told, &stop);
-    told.end(&result?, folder)
+    complete(session, afterwards, folder, &told, &stop)
 }
 
 /// The status that the summary in a folder of results gives to a run that reached its end.

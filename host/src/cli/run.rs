@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use odyn::diagnostics::{Diagnostic, codes, render, shown};
 use odyn::results::{DIGITS_FILE, SUMMARY_FILE, Status, report};
-use odyn::session::{Restart, RunOptions, RunReport, Session};
+use odyn::session::{Afterwards, Checkpoint, Restart, RunOptions, RunReport, Session};
 
 use super::exit;
 use super::failure::Failure;
@@ -48,33 +48,49 @@ pub(super) fn once(args: &RunArgs, options: &RunOptions, stop: &Arc<AtomicBool>)
     if args.verbose {
         eprintln!("{}", shown(&session.plan_report().to_string()));
     }
-    let sharper = if args.verify { Some(session.sharper()?) } else { None };
-    let second = if args.digits { Some(session.second()?) } else { None };
-    let mut outcome = integrate(session, &folder, &told, stop)?;
-    if let Some((session, how)) = sharper.filter(|_| outcome.summary.status.reached_end()) {
+    complete(session, args.afterwards(), &folder, &told, stop)
+}
+
+/// Runs a session into a folder, does with the run what is asked for, and tells how it went; its exit code.
+pub(super) fn complete(
+    session: Session,
+    afterwards: Afterwards,
+    folder: &Path,
+    told: &Told,
+    stop: &Arc<AtomicBool>,
+) -> Result<u8, Failure> {
+    let sharper = if afterwards.verify { Some(session.sharper()?) } else { None };
+    let second = if afterwards.digits { Some(session.second()?) } else { None };
+    let mut outcome = integrate(session, folder, told, stop)?;
+    let ended = outcome.summary.status.reached_end();
+    if let Some((session, how)) = sharper.filter(|_| ended) {
         let progress = Progress::new();
         let second = session.run(None, told.listener(&progress), stop);
         drop(progress);
         outcome.verify(&how, second.as_ref());
         outcome.summary.write(&folder.join(SUMMARY_FILE))?;
     }
-    if let Some(second) = second.filter(|_| outcome.summary.status.reached_end()) {
+    if let Some(second) = second.filter(|_| ended) {
         second.judge(&mut outcome, stop);
         if let Some(digits) = &outcome.summary.digits {
             digits.write(&folder.join(DIGITS_FILE))?;
         }
         outcome.summary.write(&folder.join(SUMMARY_FILE))?;
     }
-    let mut code = told.end(&outcome, &folder)?;
-    if outcome.summary.digits.is_some() && stop.load(Ordering::Relaxed) {
+    let mut code = told.end(&outcome, folder)?;
+    let interrupted = stop.load(Ordering::Relaxed);
+    if outcome.summary.digits.is_some() && interrupted {
         // The run has ended, but not what was asked of it.
         code = exit::INTERRUPTED;
     }
-    if args.report {
-        let file = super::report::of_run(&folder)?;
+    if afterwards.report {
+        let file = super::report::of_run(folder)?;
         told.note(&format!("report: {}\n", file.display()))?;
     } else {
-        told.note(&format!("to see it: odyn report {}\n", word_of(&folder)))?;
+        told.note(&format!("to see it: odyn report {}\n", word_of(folder)))?;
+    }
+    if ended && !interrupted {
+        Checkpoint::done(folder)?;
     }
     Ok(code)
 }
@@ -109,7 +125,7 @@ impl Told {
     }
 
     /// Tells how a run went, and gives its exit code.
-    pub(super) fn end(&self, outcome: &RunReport, folder: &Path) -> Result<u8, Failure> {
+    fn end(&self, outcome: &RunReport, folder: &Path) -> Result<u8, Failure> {
         let summary = &outcome.summary;
         if self.json {
             terminal::print_as_it_is(&summary.to_json())?;
@@ -135,12 +151,7 @@ pub(super) fn warn(session: &Session, told: &Told) {
 }
 
 /// A run into a folder, with its progress.
-pub(super) fn integrate(
-    session: Session,
-    folder: &Path,
-    told: &Told,
-    stop: &Arc<AtomicBool>,
-) -> Result<RunReport, Failure> {
+fn integrate(session: Session, folder: &Path, told: &Told, stop: &Arc<AtomicBool>) -> Result<RunReport, Failure> {
     let progress = Progress::new();
     let result = session.run(Some(folder), told.listener(&progress), stop);
     drop(progress);

@@ -6,7 +6,7 @@ use clap::Args;
 
 use odyn::analyses::statics;
 use odyn::scene::{AuditTolerance, Override};
-use odyn::session::RunOptions;
+use odyn::session::{Afterwards, RunOptions};
 
 /// A scene and what the command line changes of it.
 #[derive(Debug, Args)]
@@ -134,11 +134,17 @@ pub(super) struct CheckArgs {
 }
 
 impl RunArgs {
+    /// What is done with the run once it is at its end.
+    pub(super) fn afterwards(&self) -> Afterwards {
+        Afterwards { verify: self.verify, digits: self.digits, report: self.report }
+    }
+
     /// The options as the library takes them.
     pub(super) fn options(&self) -> RunOptions {
         let mut options = self.scene.options(self.audit_tol);
         let every = self.checkpoint.iter().map(|every| Override::new(format!("simulation.checkpoint_every={every}")));
         options.overrides.extend(every);
+        options.afterwards = self.afterwards();
         options.overrides.extend((self.motion || self.report).then(|| Override::new("simulation.motion=true")));
         options
     }

@@ -153,7 +153,7 @@ impl Folder {
         self.table.rows()
     }
 
-    /// Completes the table, then replaces the summary, which gets the table's checksum. The checkpoint of a run that reached its end is removed then.
+    /// Completes the table, then replaces the summary, which gets the table's checksum.
     ///
     /// # Errors
     /// [`ResultsError::Write`]. If the table cannot be completed, the summary still says `running`.
@@ -161,8 +161,7 @@ impl Folder {
         self.table.flush()?;
         self.motion.as_mut().map_or(Ok(()), MotionWriter::flush)?;
         summary.results_sha256 = Some(self.table.written().sha256);
-        summary.write(&self.path.join(SUMMARY_FILE))?;
-        if summary.status.reached_end() { remove(&self.path.join(CHECKPOINT_FILE)) } else { Ok(()) }
+        summary.write(&self.path.join(SUMMARY_FILE))
     }
 }
 
@@ -177,7 +176,7 @@ fn sweep(path: &Path) {
 }
 
 /// Removes a file, if it is there.
-fn remove(path: &Path) -> Result<(), ResultsError> {
+pub(crate) fn remove(path: &Path) -> Result<(), ResultsError> {
     match fs::remove_file(path) {
         Err(cause) if cause.kind() != std::io::ErrorKind::NotFound => Err(ResultsError::write(path, cause)),
         _ => Ok(()),

@@ -72,6 +72,7 @@ pub use elements::{ElementCheck, ElementRecord, GridRange, ValueRange};
 pub use error::ResultsError;
 pub use events::{EVENTS_FILE, Event, EventKind, Events};
 pub use figures::{Crossing, Figure, FigureError, Samples, Take};
+pub(crate) use folder::remove;
 pub use folder::{
     CHANNELS_FILE, CHECKPOINT_FILE, DIGITS_FILE, Folder, Kept, MOTION_FILE, RESULTS_FILE, STATE_FILE, SUMMARY_FILE,
 };

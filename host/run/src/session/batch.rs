@@ -16,7 +16,8 @@ use crate::results::{SUMMARY_FILE, Status, Summary};
 impl Session {
     /// Runs the scene. With a folder, results are written there as they come; `progress` receives the share done; `stop`
     /// ends the run after the step under way, with valid results. With checkpoints (`checkpoint_every` in `[simulation]`), a
-    /// run into a folder can be resumed if it is killed: [`super::Checkpoint`].
+    /// run into a folder can be resumed if it is killed: [`super::Checkpoint`]. At the end the last one is removed, unless there is
+    /// something to do [afterwards](super::RunOptions::afterwards).
     ///
     /// # Errors
     /// An unknown method or engine, files that can't be written, an element that fails. A run that merely stops early is
@@ -84,7 +85,7 @@ impl Session {
         session.warn_of_rest(summary);
         let checks = session.evaluate(summary, &samplings, &tables);
         summary.wall_time_s = before + session.load_time + session.compile_time + started.elapsed().as_secs_f64();
-        let closed = samplings.close(folder, summary, end.state.as_ref().ok());
+        let closed = samplings.close(folder, summary, end.state.as_ref().ok(), session.options.afterwards);
         if let Some(error) = end.failed {
             return Err(error);
         }

@@ -6,16 +6,17 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use super::options::RunOptions;
+use super::options::{Afterwards, RunOptions};
 use super::restart::{Format, Restart};
 use super::simulation::{Extremes, Pressed};
 use crate::catalog::{LibraryInfo, sha256};
 use crate::diagnostics::{Diagnostic, Source, codes};
-use crate::results::{AuditRecord, CHECKPOINT_FILE, Kept, Summary, Written, seal, unseal};
+use crate::results::{AuditRecord, CHECKPOINT_FILE, Kept, ResultsError, Summary, Written, remove, seal, unseal};
 use crate::scene::{AuditTolerance, Override};
 
-/// What this version writes. 2: the scene by its SHA-256, remedies among the counts. 3: checksums of the record and of the rows. 5: events by their bytes.
-pub(super) const FORMAT: u32 = 5;
+/// What this version writes. 2: the scene by its SHA-256, remedies among the counts. 3: checksums of the record and of the rows. 5: events by their bytes. 6: what
+/// is done afterwards, and where a run with `--from` began.
+pub(super) const FORMAT: u32 = 6;
 
 /// A run up to one of its checkpoints. What comes after depends on this, and on the scene, alone.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -44,6 +45,9 @@ pub struct Checkpoint {
     pub(super) origin: Option<Origin>,
     /// Work so far.
     pub(super) work: Work,
+    /// The state that the run began in, where that is not the start of the scene.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) began: Option<Restart>,
     /// What else the next leg takes over; nothing at the start.
     pub(super) carried: Option<Carried>,
     /// The state; `None` is the start of the scene.
@@ -77,6 +81,7 @@ pub(super) struct Origin {
     set: Vec<String>,
     plugins: Vec<PathBuf>,
     audit_tolerance: Option<Judging>,
+    afterwards: Afterwards,
 }
 
 /// [`AuditTolerance`] as a checkpoint has it: a number, or the word `none`.
@@ -151,6 +156,7 @@ impl Origin {
                 AuditTolerance::Limit(limit) => Judging::Limit(limit),
                 AuditTolerance::None => Judging::Not("none".into()),
             }),
+            afterwards: options.afterwards,
         }
     }
 }
@@ -257,6 +263,14 @@ impl Checkpoint {
         Box::new(Diagnostic::error(codes::CANNOT_GO_ON, message).help("the program that made the scene can resume it"))
     }
 
+    /// Removes the file from the folder of a run: it is at its end, and what was to be done afterwards is done.
+    ///
+    /// # Errors
+    /// [`ResultsError::Write`]. A missing file is none.
+    pub fn done(folder: &Path) -> Result<(), ResultsError> {
+        remove(&folder.join(CHECKPOINT_FILE))
+    }
+
     /// How far the files of the run belong to it.
     pub(super) fn kept(&self) -> Kept {
         Kept { table: self.table.clone(), motion: self.motion.clone(), events: self.events.clone() }
@@ -295,6 +309,7 @@ impl Checkpoint {
                 Judging::Limit(limit) => AuditTolerance::Limit(*limit),
                 Judging::Not(_) => AuditTolerance::None,
             }),
+            afterwards: origin.afterwards,
             ..RunOptions::default()
         };
         Some((&origin.scene, options))

@@ -131,6 +131,7 @@ fn at_start(session: &Session) -> Checkpoint {
         identity: Identity::of(&session.scene.source, &session.libraries),
         origin: session.origin.clone(),
         work: Work::default(),
+        began: session.begins.state.clone(),
         carried: None,
         state: session.begins.state.clone(),
     }

@@ -119,7 +119,7 @@ pub use error::SessionError;
 pub use instant::Instant;
 pub use libraries::{catalog_of_scene, requests, search_path};
 pub use opened::Session;
-pub use options::{DEFAULT_METHOD, ENGINES, FORMULATIONS, FindStart, RunOptions};
+pub use options::{Afterwards, DEFAULT_METHOD, ENGINES, FORMULATIONS, FindStart, RunOptions};
 pub use outcome::RunReport;
 pub use precise::{Precise, PreciseSamples};
 pub use prepared::Prepared;

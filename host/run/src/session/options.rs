@@ -3,6 +3,8 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use serde::{Deserialize, Serialize};
+
 use super::common::Common;
 use super::error::SessionError;
 use super::opened::Session;
@@ -15,6 +17,18 @@ use crate::scene::{AuditTolerance, Override, Scene, Spanned};
 
 /// Finds a state to begin at, with what must be said about it, from a scene at the start that it gives.
 pub type FindStart = fn(&Session) -> Result<(Restart, Vec<Diagnostic>), SessionError>;
+
+/// What whoever runs a scene does once the run is at its end. Checkpoints keep it for the one who resumes the run, until
+/// [`Checkpoint::done`](super::Checkpoint::done).
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Afterwards {
+    /// Compares it with [`Session::sharper`].
+    pub verify: bool,
+    /// Judges its digits by [`Session::second`].
+    pub digits: bool,
+    /// Makes a page of it.
+    pub report: bool,
+}
 
 /// What the command line adds to a scene.
 #[derive(Debug, Clone, Default)]
@@ -46,6 +60,8 @@ pub struct RunOptions {
     /// How the equilibrium is found that a scene with `start = "equilibrium"` begins at: `odyn::analyses::statics::start`. Such scenes are
     /// refused where this is absent.
     pub equilibrium: Option<FindStart>,
+    /// What is done with the run once it is at its end, by others than [`Session::run`].
+    pub afterwards: Afterwards,
     /// Who watches the calls into libraries that are loaded.
     pub watchdog: Option<Watchdog>,
 }

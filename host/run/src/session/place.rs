@@ -102,10 +102,11 @@ impl Session {
         sha256(format!("{:?}", Identity::of(&self.scene.source, &self.libraries)).as_bytes())
     }
 
-    /// Makes [`Session::run`] continue from a checkpoint, in the folder that it is from.
+    /// Makes [`Session::run`] continue from a checkpoint, in the folder that it is from. Until then, the session is where that run
+    /// began.
     ///
     /// # Errors
-    /// A checkpoint of another scene, library or program: what differs.
+    /// A checkpoint of another scene, library or program: what differs. As for [`Session::go_on_from`] otherwise.
     pub fn resume(&mut self, point: Checkpoint) -> Result<(), SessionError> {
         let differences = point.identity.differences(&Identity::of(&self.scene.source, &self.libraries));
         if !differences.is_empty() {
@@ -114,6 +115,9 @@ impl Session {
                 "make it as it was, or start anew; a changed scene can continue from the end of a run with --from",
             );
             return Err(SessionError::one(&self.scene.source, diagnostic));
+        }
+        if let Some(state) = &point.began {
+            self.go_on_from(state.clone())?;
         }
         self.begins.checkpoint = Some(point);
         Ok(())

@@ -2,8 +2,10 @@
 
 use std::path::Path;
 
+use super::checkpoint::Checkpoint;
 use super::error::SessionError;
 use super::opened::Session;
+use super::options::Afterwards;
 use super::outcome::RunReport;
 use super::restart::Restart;
 use super::run::Run;
@@ -109,13 +111,16 @@ impl Samplings {
         path: Option<&Path>,
         summary: &mut Summary,
         end: Option<&Restart>,
+        afterwards: Afterwards,
     ) -> Result<(), ResultsError> {
         self.events.finish()?;
         let (Some(folder), Some(path)) = (self.folder.take(), path) else { return Ok(()) };
         if let Some(end) = end {
             end.write(path)?;
         }
-        folder.finish(summary)
+        folder.finish(summary)?;
+        let ended = summary.status.reached_end() && afterwards == Afterwards::default();
+        if ended { Checkpoint::done(path) } else { Ok(()) }
     }
 
     /// The row number `next` is the next one: drops those behind it, and all where those before it were never taken.

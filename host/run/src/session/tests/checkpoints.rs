@@ -154,11 +154,11 @@ fn a_checkpoint_that_does_not_fit_is_refused_with_what_differs() {
     let program = changed(&format!("odyn = \"{}\"", env!("CARGO_PKG_VERSION")), "odyn = \"0.0.1\"").unwrap();
     assert!(refusal(&text, &program).unwrap_err().contains("one of odyn 0.0.1"));
     assert!(
-        changed("format = 5\ntaken", "format = 9\ntaken").unwrap_err().contains("format is 9, that of a newer odyn")
+        changed("format = 6\ntaken", "format = 9\ntaken").unwrap_err().contains("format is 9, that of a newer odyn")
     );
     // Whatever else an older one had.
-    let older = changed("format = 5\ntaken", "format = 1\nhad").unwrap_err();
-    assert!(older.contains("format is 1, that of an older odyn; this one knows 5"), "{older}");
+    let older = changed("format = 6\ntaken", "format = 1\nhad").unwrap_err();
+    assert!(older.contains("format is 1, that of an older odyn; this one knows 6"), "{older}");
     // The same without a new checksum, and without any.
     let text = point.to_text().unwrap();
     for (text, why) in [
