@@ -688,6 +688,21 @@ fn masses_within_frames_are_those_of_the_body() {
     assert!(scene.contains("mass = 2"), "{scene}");
 }
 
+/// `inertiafromgeom="true"` replaces the `<inertial>` of a body by what its shapes weigh, if they weigh anything: numbers of MuJoCo 4.0.
+#[test]
+fn a_body_without_shapes_keeps_its_inertial() {
+    let inertial = "<inertial pos=\"0.2 0 0\" mass=\"2\" diaginertia=\"1 1 1.5\"/>";
+    let scene = |geom: &str| {
+        let body = format!("<body name=\"a\"><joint/>{inertial}{geom}</body>");
+        let compiler = "<compiler inertiafromgeom=\"true\" inertiagrouprange=\"0 2\"/>";
+        mjcf(&format!("{compiler}<worldbody>{body}</worldbody>")).scene
+    };
+    for weightless in ["", "<geom size=\"0.1\" mass=\"0\"/>", "<geom size=\"0.1\" group=\"5\"/>"] {
+        assert!(scene(weightless).contains("mass = 2\ncom = [0.2, 0, 0]"), "{}", scene(weightless));
+    }
+    assert!(scene("<geom size=\"0.1\" mass=\"3\"/>").contains("mass = 3\ninertia"));
+}
+
 /// With `relpose`, MuJoCo keeps the `anchor` of the second body at the place that `relpose` has in the first.
 #[test]
 fn the_place_of_a_weld_in_the_first_body_is_that_of_the_anchor() {

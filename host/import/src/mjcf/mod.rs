@@ -178,7 +178,8 @@ impl<'a, 'i: 'a> Reader<'_, 'a, 'i> {
             (false, false) => Hold::Joints(parts.joints),
         };
         let solid = match self.compiler.from_shapes {
-            Some(true) => parts.solid,
+            // As MuJoCo, where no shape weighs anything.
+            Some(true) => parts.solid.or(parts.given),
             Some(false) => parts.given,
             None => parts.given.or(parts.solid),
         };
