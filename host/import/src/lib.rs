@@ -51,6 +51,15 @@ pub enum Base {
     Free,
 }
 
+/// What a coordinate measures.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Measure {
+    /// An angle, of a joint that turns.
+    Angle,
+    /// A length, of a joint that slides.
+    Length,
+}
+
 /// What a file does not say.
 #[derive(Debug, Clone)]
 pub struct Options {
@@ -62,13 +71,22 @@ pub struct Options {
     pub pose: BTreeMap<String, f64>,
     /// Their rates, rad/s, m/s.
     pub speeds: BTreeMap<String, f64>,
+    /// Joints whose coordinates or rates were given with a unit, and what that measures; others are refused.
+    pub measures: Vec<(String, Measure)>,
     /// Whether joints end at their limits.
     pub limits: bool,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { base: Base::Fixed, density: 1000.0, pose: BTreeMap::new(), speeds: BTreeMap::new(), limits: true }
+        Self {
+            base: Base::Fixed,
+            density: 1000.0,
+            pose: BTreeMap::new(),
+            speeds: BTreeMap::new(),
+            measures: Vec::new(),
+            limits: true,
+        }
     }
 }
 
@@ -176,8 +194,29 @@ fn start(mechanism: &mut Mechanism, options: &Options, found: &mut xml::Found) {
         let unknown = Diagnostic::error(codes::NOT_IMPORTED, format!("there is no joint `{name}` with a coordinate"));
         found.diagnostics.push(unknown.help_if(help_for(name, &known, "joints")));
     }
+    check_measures(mechanism, options, found);
     follow(mechanism, options);
     count_from_the_first_turn(mechanism);
+}
+
+/// Refuses angles of joints that slide, and lengths of joints that turn.
+fn check_measures(mechanism: &Mechanism, options: &Options, found: &mut xml::Found) {
+    for (name, given) in &options.measures {
+        let Some(joint) = mechanism.joints().find(|joint| joint.name == *name) else { continue };
+        let (what, help) = match (joint.kind, given) {
+            (Kind::Slide, Measure::Angle) => (
+                "slides: its coordinate is a length, no angle",
+                "such as 5cm for --pose, 5cm/s for --speed; plain numbers are in m, m/s",
+            ),
+            (Kind::Hinge, Measure::Length) => (
+                "turns: its coordinate is an angle, no length",
+                "such as 30deg for --pose, 30deg/s for --speed; plain numbers are in rad, rad/s",
+            ),
+            _ => continue,
+        };
+        let wrong = Diagnostic::error(codes::NOT_IMPORTED, format!("joint `{name}` {what}"));
+        found.diagnostics.push(wrong.help(help));
+    }
 }
 
 /// Sets the coordinate at the start; one that nobody asked for is within the limits, which is said where it matters.

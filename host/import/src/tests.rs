@@ -7,7 +7,7 @@ use odyn_diagnostics::{Diagnostic, Source};
 
 use crate::mechanism::{Form, Shape, Solid};
 use crate::solid::of_shape;
-use crate::{Imported, Options};
+use crate::{Imported, Measure, Options};
 
 /// Reads a text.
 fn from_text(text: &str, beside: &Path, folder: &Path, options: &Options) -> Result<Imported, Vec<Diagnostic>> {
@@ -168,6 +168,20 @@ fn a_pose_of_a_joint_that_is_not_there_is_refused() {
     let options = Options { pose: [("elbo".to_owned(), 1.0)].into(), ..Options::default() };
     let found = from_text(&text, Path::new(""), Path::new(""), &options).unwrap_err();
     assert!(found[0].help[0].contains("elbow"), "{found:?}");
+}
+
+#[test]
+fn an_angle_is_no_coordinate_of_what_slides() {
+    let read = |kind: &str, measure: Measure| {
+        let ends = "<parent link=\"a\"/><child link=\"b\"/>";
+        let text = robot(&format!("<joint name=\"j\" type=\"{kind}\">{ends}</joint>"));
+        let pose = [("j".to_owned(), 0.25)].into();
+        let options = Options { pose, measures: vec![("j".to_owned(), measure)], limits: false, ..Options::default() };
+        from_text(&text, Path::new(""), Path::new(""), &options).map_err(|found| found[0].message.clone())
+    };
+    assert!(read("continuous", Measure::Angle).is_ok() && read("prismatic", Measure::Length).is_ok());
+    assert!(read("continuous", Measure::Length).unwrap_err().contains("`j` turns"));
+    assert!(read("prismatic", Measure::Angle).unwrap_err().contains("`j` slides"));
 }
 
 #[test]

@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use odyn::diagnostics::{Diagnostic, codes, counted, shown};
-use odyn::import::{self, Base, Imported, Options};
+use odyn::import::{self, Base, Imported, Measure, Options};
 use odyn::results::replace;
-use odyn::scene::{number_and_unit, parse_unit};
+use odyn::scene::{Dimension, number_and_unit, parse_unit};
 
 use super::exit;
 use super::failure::Failure;
@@ -46,10 +46,10 @@ pub(super) struct ImportArgs {
     density: f64,
     /// Coordinate of a joint at the start, such as 0.4 (rad, m), 30deg or 5cm; may be repeated
     #[arg(long, value_name = "JOINT=VALUE", value_parser = coordinate, allow_hyphen_values = true)]
-    pose: Vec<(String, f64)>,
-    /// Its rate, rad/s or m/s; may be repeated
-    #[arg(long, value_name = "JOINT=VALUE", value_parser = coordinate, allow_hyphen_values = true)]
-    speed: Vec<(String, f64)>,
+    pose: Vec<Given>,
+    /// Its rate, such as 2 (rad/s, m/s), 30deg/s or 5cm/s; may be repeated
+    #[arg(long, value_name = "JOINT=VALUE", value_parser = rate, allow_hyphen_values = true)]
+    speed: Vec<Given>,
     /// Leave out the stops at limits of joints
     #[arg(long)]
     no_limits: bool,
@@ -63,25 +63,58 @@ enum BaseArg {
     Free,
 }
 
-/// `JOINT=VALUE`, the value with a unit or without.
-fn coordinate(text: &str) -> Result<(String, f64), String> {
-    let (name, value) = text.split_once('=').ok_or("expected JOINT=VALUE")?;
-    let (number, unit) = number_and_unit(value).ok_or_else(|| format!("`{value}` is not a number with a unit"))?;
-    let factor = if unit.is_empty() { 1.0 } else { parse_unit(unit).map_err(|error| error.message)?.1 };
-    let product = number * factor;
-    if product.is_finite() { Ok((name.to_owned(), product)) } else { Err(format!("`{value}` is not finite")) }
+/// A coordinate of a joint, or its rate, SI; with what it measures, if it has a unit.
+#[derive(Debug, Clone)]
+struct Given {
+    joint: String,
+    value: f64,
+    measure: Option<Measure>,
+}
+
+impl Given {
+    /// `JOINT=VALUE`, the value without a unit, or with one of two dimensions: of what turns, and of what slides.
+    fn read(text: &str, [turns, slides]: [Dimension; 2], such_as: &str) -> Result<Self, String> {
+        let (name, value) = text.split_once('=').ok_or("expected JOINT=VALUE")?;
+        let (number, unit) = number_and_unit(value).ok_or_else(|| format!("`{value}` is not a number with a unit"))?;
+        let (measure, factor) = match unit {
+            "" => (None, 1.0),
+            unit => match parse_unit(unit).map_err(|error| error.message)? {
+                (dimension, factor) if dimension == turns => (Some(Measure::Angle), factor),
+                (dimension, factor) if dimension == slides => (Some(Measure::Length), factor),
+                (dimension, _) => {
+                    return Err(format!("`{unit}` is the unit of {dimension}; expected such as {such_as}"));
+                }
+            },
+        };
+        let product = number * factor;
+        if !product.is_finite() {
+            return Err(format!("`{value}` is not finite"));
+        }
+        Ok(Self { joint: name.to_owned(), value: product, measure })
+    }
+}
+
+fn coordinate(text: &str) -> Result<Given, String> {
+    Given::read(text, [Dimension::ANGLE, Dimension::LENGTH], "deg, rad, cm, m")
+}
+
+fn rate(text: &str) -> Result<Given, String> {
+    Given::read(text, [Dimension::ANGULAR_VELOCITY, Dimension::VELOCITY], "deg/s, rad/s, cm/s, m/s")
 }
 
 /// Writes a file of another program as a scene.
 pub(super) fn import(args: &ImportArgs) -> Result<u8, Failure> {
+    let values = |given: &[Given]| given.iter().map(|one| (one.joint.clone(), one.value)).collect::<BTreeMap<_, _>>();
+    let with_unit = args.pose.iter().chain(&args.speed).filter_map(|one| Some((one.joint.clone(), one.measure?)));
     let options = Options {
         base: match args.base {
             BaseArg::Fixed => Base::Fixed,
             BaseArg::Free => Base::Free,
         },
         density: args.density,
-        pose: BTreeMap::from_iter(args.pose.iter().cloned()),
-        speeds: BTreeMap::from_iter(args.speed.iter().cloned()),
+        pose: values(&args.pose),
+        speeds: values(&args.speed),
+        measures: with_unit.collect(),
         limits: !args.no_limits,
     };
     let folder = args.output.as_deref().and_then(Path::parent).unwrap_or(Path::new(""));
