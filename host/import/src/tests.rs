@@ -738,6 +738,22 @@ fn the_place_of_a_weld_in_the_first_body_is_that_of_the_anchor() {
     }
 }
 
+/// MuJoCo weighs the rows of a weld that hold the orientation by `torquescale`: with zero there are none.
+#[test]
+fn a_weld_without_torque_holds_a_point() {
+    let body = "<body name=\"a\"><freejoint/><geom size=\"0.1\"/></body>";
+    let weld = |more: &str| {
+        let weld = format!("<weld name=\"w\" body1=\"a\" anchor=\"0.25 0 0\" {more}/>");
+        let imported = mjcf(&format!("<worldbody>{body}</worldbody><equality>{weld}</equality>"));
+        let kind = imported.scene.split_once("name = \"w\"\ntype = ").unwrap().1.lines().next().unwrap().to_owned();
+        (kind, imported.left_out.iter().any(|what| what.contains("torquescale")))
+    };
+    assert_eq!(weld(""), ("\"bracket\"".into(), false));
+    assert_eq!(weld("torquescale=\"1\""), ("\"bracket\"".into(), false));
+    assert_eq!(weld("torquescale=\"0.5\""), ("\"bracket\"".into(), true));
+    assert_eq!(weld("torquescale=\"0\""), ("\"spherical\"".into(), false));
+}
+
 /// What an element has fewer numbers of than its class goes on with those of the class, as in MuJoCo 4.0: `size`, and polynomials of
 /// damping and stiffness.
 #[test]

@@ -256,7 +256,7 @@ const MJCF: &[Element] = &[
     element(
         &["equality"],
         &["connect", "weld"],
-        &[(Settled, "name class active body1 body2 anchor relpose site1 site2"), (Solver, "solref solimp torquescale")],
+        &[(Settled, "name class active body1 body2 anchor relpose site1 site2 torquescale"), (Solver, "solref solimp")],
     ),
     element(
         &["equality"],

@@ -380,7 +380,13 @@ impl<'a, 'i: 'a> Reader<'_, 'a, 'i> {
         match kind {
             "connect" | "weld" => {
                 let Some((links, frames)) = self.tied(node, &of, kind == "weld") else { return };
-                self.mechanism.closures.push(Closure { name, links, frames, rigid: kind == "weld", active });
+                let turns = self.found.number(of.get("torquescale"));
+                if turns.is_some_and(|scale| scale != 0.0 && scale != 1.0) {
+                    self.left_out(format!("equality `{name}`: `torquescale`, how soft MuJoCo holds its orientation"));
+                }
+                // With a scale of zero MuJoCo holds the point, and no orientation.
+                let rigid = kind == "weld" && turns != Some(0.0);
+                self.mechanism.closures.push(Closure { name, links, frames, rigid, active });
             }
             "joint" => {
                 let (Some(second), Some(first)) = (node.attribute("joint1"), node.attribute("joint2")) else {
