@@ -36,7 +36,7 @@ use std::path::Path;
 use odyn_diagnostics::{Diagnostic, Source, codes, help_for};
 
 use include::Whole;
-use mechanism::{Joint, Kind, Mechanism};
+use mechanism::{Coupling, Joint, Kind, Mechanism};
 
 /// Bytes of a file that are read.
 const LONGEST: u64 = 64 << 20;
@@ -188,6 +188,10 @@ fn start(mechanism: &mut Mechanism, options: &Options, found: &mut xml::Found) {
         outside.extend(place_within_limits(joint, options.pose.get(&joint.name).copied()));
     }
     mechanism.left_out.extend(outside);
+    let (own, couplings) = mechanism.couplings.drain(..).partition(|coupling| coupling.first == coupling.second);
+    mechanism.couplings = couplings;
+    let of_itself = |coupling: Coupling| format!("`{}` follows itself: nothing is coupled", coupling.first);
+    mechanism.left_out.extend(Vec::into_iter(own).map(of_itself));
     let known: Vec<&str> =
         mechanism.joints().filter(|joint| joint.has_coordinate()).map(|joint| &*joint.name).collect();
     for name in options.pose.keys().chain(options.speeds.keys()).filter(|name| !known.contains(&name.as_str())) {

@@ -185,6 +185,15 @@ fn an_angle_is_no_coordinate_of_what_slides() {
 }
 
 #[test]
+fn a_joint_that_follows_itself_is_not_coupled() {
+    let mimic = "<parent link=\"a\"/><child link=\"b\"/><mimic joint=\"elbow\" offset=\"0.5\"/>";
+    let text = robot(&format!("<joint name=\"elbow\" type=\"continuous\">{mimic}</joint>"));
+    let imported = from_text(&text, Path::new(""), Path::new(""), &Options::default()).unwrap();
+    assert!(!imported.scene.contains("coupler"), "{}", imported.scene);
+    assert!(imported.left_out.iter().any(|what| what.contains("`elbow` follows itself")), "{:?}", imported.left_out);
+}
+
+#[test]
 fn names_of_scenes_are_made_of_letters_and_taken_once() {
     let mass = "<inertial><mass value=\"1\"/><inertia ixx=\"1\" iyy=\"1\" izz=\"1\"/></inertial>";
     let text = format!(
