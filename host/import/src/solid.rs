@@ -1,5 +1,7 @@
 //! Mass, centre and inertia of shapes of one density.
 
+use std::path::Path;
+
 use nalgebra::{Matrix3, Vector3};
 use odyn_run::results::Mesh;
 
@@ -14,6 +16,17 @@ const HIDDEN: f64 = 1e-6;
 /// In words, for a mesh that cannot be read or does not enclose a volume.
 pub(crate) fn of_shape(shape: &Shape, density: f64) -> Result<Solid, String> {
     Ok(of_form(&shape.form, density)?.moved(&shape.pose))
+}
+
+/// Reads the file of a mesh whose numbers are metres.
+///
+/// # Errors
+/// In words: where it was looked for, and what else [`Mesh::read`] says.
+pub(crate) fn read_mesh(path: &Path) -> Result<Mesh, String> {
+    if !path.exists() {
+        return Err(format!("there is no file {}", path.display()));
+    }
+    Mesh::read(path, 1.0)
 }
 
 fn of_form(form: &Form, density: f64) -> Result<Solid, String> {
@@ -46,7 +59,7 @@ fn of_form(form: &Form, density: f64) -> Result<Solid, String> {
             };
             tube.and(&half).and(&Solid { com: -half.com, ..half })
         }
-        Form::Mesh { path, scale, .. } => of_mesh(&Mesh::read(path, 1.0)?, scale, density)?,
+        Form::Mesh { path, scale, .. } => of_mesh(&read_mesh(path)?, scale, density)?,
     })
 }
 

@@ -193,6 +193,33 @@ fn a_joint_that_follows_itself_is_not_coupled() {
     assert!(imported.left_out.iter().any(|what| what.contains("`elbow` follows itself")), "{:?}", imported.left_out);
 }
 
+/// What is no number is answered with what it probably is.
+#[test]
+fn numbers_that_are_none_have_a_remedy() {
+    let help = |rpy: &str| {
+        let joint = format!("<parent link=\"a\"/><child link=\"b\"/><origin rpy=\"{rpy}\"/>");
+        let text = robot(&format!("<joint name=\"j\" type=\"continuous\">{joint}</joint>"));
+        let found = from_text(&text, Path::new(""), Path::new(""), &Options::default()).unwrap_err();
+        found[0].help[0].clone()
+    };
+    assert!(help("${pi/2} 0 0").contains("xacro"));
+    assert!(help("0,1,2").contains("no commas"));
+    assert!(help("-2 deg").contains("without units"));
+}
+
+#[test]
+fn a_mesh_that_is_missing_is_named_with_where_it_was_looked_for() {
+    let shape = |file: &str| format!("<collision><geometry><mesh filename=\"{file}\"/></geometry></collision>");
+    let listed = |file: &str| {
+        let text = format!("<robot name=\"r\"><link name=\"a\">{}</link></robot>", shape(file));
+        from_text(&text, Path::new("models/arm"), Path::new(""), &Options::default()).unwrap().left_out.join("\n")
+    };
+    let beside = listed("parts/b.stl");
+    assert!(beside.contains("mass of mesh `b.stl` of link `a`: there is no file models/arm/parts/b.stl"), "{beside}");
+    let package = listed("package://robot/parts/b.stl");
+    assert!(package.contains("there is neither `robot/parts/b.stl` nor `parts/b.stl` in the folder"), "{package}");
+}
+
 #[test]
 fn names_of_scenes_are_made_of_letters_and_taken_once() {
     let mass = "<inertial><mass value=\"1\"/><inertia ixx=\"1\" iyy=\"1\" izz=\"1\"/></inertial>";

@@ -226,7 +226,11 @@ impl Reader<'_> {
         for shape in shapes {
             match solid::of_shape(shape, self.density) {
                 Ok(part) => sum = Some(sum.map_or(part, |sum| sum.and(&part))),
-                Err(reason) => self.left_out.push(format!("mass of a mesh of {whose}: {reason}")),
+                Err(reason) => {
+                    let shown = if let Form::Mesh { path, .. } = &shape.form { path.file_name() } else { None };
+                    let name = shown.map(|name| format!(" `{}`", name.to_string_lossy())).unwrap_or_default();
+                    self.left_out.push(format!("mass of mesh{name} of {whose}: {reason}"));
+                }
             }
         }
         if let Some(sum) = sum {
@@ -266,14 +270,18 @@ impl Reader<'_> {
     }
 
     /// `package://NAME/FILE` is looked for in the folders above the file, with NAME and without.
-    fn mesh_file(&self, name: &str) -> PathBuf {
+    fn mesh_file(&mut self, name: &str) -> PathBuf {
         let Some(inside) = name.strip_prefix("package://") else {
             return self.folder.join(name.strip_prefix("file://").unwrap_or(name));
         };
         let (_, rest) = inside.split_once('/').unwrap_or(("", inside));
         let folders = self.folder.ancestors().take(8);
         let mut candidates = folders.flat_map(|folder| [folder.join(inside), folder.join(rest)]);
-        candidates.find(|path| path.is_file()).unwrap_or_else(|| self.folder.join(rest))
+        candidates.find(|path| path.is_file()).unwrap_or_else(|| {
+            let folders = "the folder of the file and the seven above it";
+            self.left_out.push(format!("`{name}`: there is neither `{inside}` nor `{rest}` in {folders}"));
+            self.folder.join(rest)
+        })
     }
 
     /// What a joint leaves free.

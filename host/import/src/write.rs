@@ -5,11 +5,11 @@ use std::fmt::Write as _;
 use std::path::{Component, Path, PathBuf};
 
 use nalgebra::{Isometry3, Matrix3, Point3, UnitQuaternion, Vector3};
-use odyn_run::results::Mesh;
 
 use crate::Imported;
 use crate::mechanism::{Closure, Coupling, Form, Hold, Joint, Kind, Link, Mechanism, Shape, Solid};
 use crate::place::{Placed, across, at_start};
+use crate::solid::read_mesh;
 
 /// Digits that are written; what is behind them is round-off of turning frames.
 const DIGITS: usize = 15;
@@ -231,7 +231,7 @@ impl Writer<'_> {
                     self.left_out.push(format!("mesh `{file}`: its scale {} is that of no unit", list(&factors)));
                     return None;
                 };
-                if let Err(reason) = Mesh::read(path, 1.0) {
+                if let Err(reason) = read_mesh(path) {
                     self.left_out.push(format!("mesh `{file}`: {reason}"));
                     return None;
                 }

@@ -67,6 +67,17 @@ pub(crate) fn child<'a, 'i: 'a>(node: Node<'a, 'i>, name: &str) -> Option<Node<'
     children(node).find(|child| child.has_tag_name(name))
 }
 
+/// What to do about a text that is not made of numbers.
+fn no_numbers(text: &str) -> &'static str {
+    if text.contains("${") || text.contains("$(") {
+        "a .xacro file is expanded by its own program first: xacro FILE.xacro > FILE.urdf"
+    } else if text.contains(',') {
+        "numbers have a point before their decimals, and blanks between them, no commas"
+    } else {
+        "plain finite numbers with blanks between them, without units, names or expressions"
+    }
+}
+
 impl Found {
     /// Reports a mistake at a place.
     pub(crate) fn error(&mut self, at: Range<usize>, message: impl Into<String>, help: &str) {
@@ -97,7 +108,7 @@ impl Found {
             .collect();
         if numbers.is_none() {
             let message = format!("`{}` is not made of numbers: \"{}\"", attribute.name(), attribute.value());
-            self.error(attribute.range_value(), message, "");
+            self.error(attribute.range_value(), message, no_numbers(attribute.value()));
         }
         numbers
     }

@@ -115,7 +115,7 @@ impl<'a, 'i: 'a> Reader<'_, 'a, 'i> {
         }
         let density = if let Weight::Density(density) = weight { density } else { 1.0 };
         let found = match &shape.form {
-            Form::Mesh { path, scale } => Mesh::read(path, 1.0).and_then(|mesh| {
+            Form::Mesh { path, scale } => solid::read_mesh(path).and_then(|mesh| {
                 if self.takes_mass_of_shapes(node) {
                     self.mass_of_mesh(of, &mesh, scale);
                 }
@@ -180,7 +180,7 @@ impl<'a, 'i: 'a> Reader<'_, 'a, 'i> {
     fn sphere_of_mesh(&mut self, node: Node<'a, 'i>, of: &Of<'a, 'i>, name: &str) -> Option<(f64, Translation3<f64>)> {
         let scale = self.found.number(of.get("fitscale")).unwrap_or(1.0);
         let file = self.meshes.get(name)?;
-        let (mesh, turned, place) = (Mesh::read(&file.path, 1.0).ok()?, file.scale, file.place);
+        let (mesh, turned, place) = (solid::read_mesh(&file.path).ok()?, file.scale, file.place);
         let solid = solid::of_mesh(&mesh, &turned, 1.0).ok()?.moved(&place);
         if self.takes_mass_of_shapes(node) {
             self.mass_of_mesh(of, &mesh, &turned);
