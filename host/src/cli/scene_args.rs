@@ -39,8 +39,7 @@ pub(super) struct SceneArgs {
     /// up to the tolerance in each) or auto (default: apart where eight or more of them switch, as contacts do)
     #[arg(long, value_name = "NAME")]
     pub(super) islands: Option<String>,
-    /// Do without these savings, in place of the scene's own list: kinematic, row-choice,
-    /// on-demand, audit, events. Results are the same, found by more work
+    /// Do without these savings, in place of the scene's own list: kinematic, row-choice, affine-loops, on-demand, audit, events. Results are the same, found by more work
     #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
     pub(super) without: Vec<String>,
     /// Library of elements, or folder to look for libraries in; may be repeated

@@ -24,6 +24,17 @@ fn the_definition_of_the_command_line_is_sound() {
 }
 
 #[test]
+fn the_help_names_all_savings_that_can_be_left_out() {
+    let command = Arguments::command();
+    for name in ["run", "check", "linearise"] {
+        let mut command = command.find_subcommand(name).unwrap().clone();
+        let help = command.render_long_help().to_string().split_whitespace().collect::<Vec<_>>().join(" ");
+        let names: Vec<&str> = odyn::plan::SAVINGS.iter().map(|(name, _)| *name).collect();
+        assert!(help.contains(&format!("scene's own list: {}.", names.join(", "))), "{help}");
+    }
+}
+
+#[test]
 fn every_command_has_examples() {
     fn check(command: &clap::Command) {
         for inner in command.get_subcommands() {
