@@ -42,6 +42,17 @@ fn options_change_the_run() {
 }
 
 #[test]
+fn a_time_to_look_at_may_have_a_unit() {
+    let scratch = Scratch::new("at");
+    // The scene is in milliseconds.
+    let [plain, with_unit, other] = ["500", "0.5s", "0.6s"]
+        .map(|at| scratch.odyn(&format!("linearise brick.toml --at {at} --json")).ends_with(0).out());
+    assert!(plain == with_unit && plain != other, "{plain}");
+    let refused = scratch.odyn("linearise brick.toml --at 0.5kg").ends_with(2);
+    assert!(refused.err().contains("such as `0.2 s`"), "{}", refused.err());
+}
+
+#[test]
 fn verbose_shows_the_plan_on_the_error_stream() {
     let scratch = Scratch::new("verbose");
     let ran = scratch.odyn("run brick.toml -v").ends_with(0);

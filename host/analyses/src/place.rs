@@ -1,6 +1,7 @@
 //! [`At`]: the state of a scene that is looked at.
 
 use crate::linear::Linear;
+use crate::scene::{Dimension, number_and_unit, parse_unit};
 use crate::session::{Instant, Session, SessionError};
 use crate::statics;
 
@@ -14,16 +15,26 @@ pub enum At {
     Equilibrium,
     /// Where a run is at this time, in the scene's unit.
     Time(f64),
+    /// Where a run is at this time, s.
+    Seconds(f64),
 }
 
 impl At {
-    /// `start`, `equilibrium`, or a number.
+    /// `start`, `equilibrium`, or a number, which may have a unit of time.
     #[must_use]
     pub fn read(text: &str) -> Option<Self> {
         match text.trim() {
             "start" => Some(Self::Start),
             "equilibrium" => Some(Self::Equilibrium),
-            number => number.parse().ok().filter(|time: &f64| time.is_finite()).map(Self::Time),
+            time => match number_and_unit(time)? {
+                (number, "") => Some(Self::Time(number)),
+                (number, unit) => match parse_unit(unit).ok()? {
+                    (Dimension::TIME, factor) => {
+                        Some(number * factor).filter(|time| time.is_finite()).map(Self::Seconds)
+                    }
+                    _ => None,
+                },
+            },
         }
     }
 }
@@ -65,10 +76,28 @@ pub fn place(
         let found = statics::equilibrium(&session, progress)?;
         return Ok(Placed { session, instant: found.instant, notes: found.notes });
     }
+    let time = match at {
+        At::Start | At::Equilibrium => None,
+        At::Time(time) => Some(time),
+        At::Seconds(time) => Some(time / session.scene.units.factor(Dimension::TIME)),
+    };
     let mut run = session.prepare()?.start()?;
-    if let At::Time(time) = at {
+    if let Some(time) = time {
         run.advance(time)?;
     }
     let instant = run.instant()?;
     Ok(Placed { session: open()?, instant, notes: Vec::new() })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_may_have_units() {
+        let read = |text: &str| At::read(text);
+        assert_eq!((read("7"), read(" 7.5e-1 ")), (Some(At::Time(7.0)), Some(At::Time(0.75))));
+        assert_eq!((read("0.5 s"), read("250ms")), (Some(At::Seconds(0.5)), Some(At::Seconds(0.25))));
+        assert_eq!((read("7 kg"), read("s"), read("inf"), read("begin")), (None, None, None, None));
+    }
 }

@@ -285,7 +285,7 @@ impl Question {
         listen: &mut dyn FnMut(f64),
     ) -> Result<Placed, SessionError> {
         let Some(at) = At::read(at) else {
-            let help = "give `start`, `equilibrium` or a time in the scene's unit";
+            let help = "give `start`, `equilibrium` or a time: in the scene's unit, or with its own such as `0.2 s`";
             return Err(wrong(&open(None)?, format!("`{at}` is no state of a scene"), help));
         };
         place(&|| open(None), at, listen)

@@ -67,7 +67,7 @@ fn place(args: &PlaceArgs) -> Result<Placed, Failure> {
     let from = from.map_err(|diagnostic| Failure::new(*diagnostic).exit(exit::FILES))?;
     let at = At::read(&args.at).ok_or_else(|| {
         let message = format!("`--at {}` is no state of a scene", args.at);
-        let help = "give `start`, `equilibrium` or a time in the scene's unit";
+        let help = "give `start`, `equilibrium` or a time: in the scene's unit, or with its own such as `0.2 s`";
         Failure::new(Diagnostic::error(codes::UNKNOWN_WORD, message).help(help)).exit(exit::USAGE)
     })?;
     let warned = Cell::new(args.quiet);

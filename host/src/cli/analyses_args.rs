@@ -11,7 +11,8 @@ use super::scene_args::SceneArgs;
 pub(super) struct PlaceArgs {
     #[command(flatten)]
     pub(super) scene: SceneArgs,
-    /// State to look at: `start`, `equilibrium` (found as `odyn statics` does), or a time of the run, in the scene's unit
+    /// State to look at: `start`, `equilibrium` (found as `odyn statics` does), or a time of the run: in the scene's unit, or with its own
+    /// such as "0.2 s"
     #[arg(long, value_name = "start|equilibrium|TIME", default_value = "start", allow_hyphen_values = true)]
     pub(super) at: String,
     /// Look at the state that a run, or `odyn statics`, left in this folder of results
