@@ -506,6 +506,22 @@ fn what_is_exported_as_c_is_warned_of_and_written_over_with_care() {
 }
 
 #[test]
+fn parameters_are_exported_with_their_ranges() {
+    let scratch = Scratch::new("export-ranges");
+    let text = fs::read_to_string(scratch.0.join("brick.toml")).unwrap();
+    scratch.file(
+        "brick.toml",
+        &format!("parameters.J = \"1 kg m^2\"\n{}", text.replace("[1, 2, 2.5]", "[\"J\", 2, 2.5]")),
+    );
+    let ran = scratch.odyn("export c brick.toml -o c --step 10 --parameters all").ends_with(0);
+    assert!(ran.out().contains("parameters: J (0.5 to 2.0 kg m^2)\n"), "{}", ran.out());
+    let header = fs::read_to_string(scratch.0.join("c/brick.h")).unwrap();
+    assert!(header.contains("/* J [kg m^2] parameter of the scene, 0.5 to 2.0 kg m^2 */"), "{header}");
+    let json = scratch.odyn("export c brick.toml -o d --step 10 --parameters all --json").ends_with(0).json();
+    assert_eq!(json["parameter_ranges"], serde_json::json!([[0.5, 2.0]]));
+}
+
+#[test]
 fn commands_that_are_shown_can_be_given() {
     let scratch = Scratch::new("blanks");
     let ran = Ran(scratch.command("run brick.toml -o").arg("the results").output().unwrap()).ends_with(0);

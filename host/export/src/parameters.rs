@@ -26,6 +26,15 @@ pub struct Parameter {
     pub range: [f64; 2],
 }
 
+impl Parameter {
+    /// Its range with the unit, in words.
+    #[must_use]
+    pub fn span(&self) -> String {
+        let [low, high] = self.range;
+        format!("{low:?} to {high:?} {}", self.port.unit).trim_end().to_owned()
+    }
+}
+
 /// Parameters that can be set, and what follows them.
 #[derive(Debug, Clone, Default)]
 pub struct Parameters {

@@ -244,7 +244,8 @@ fn words(machine: &Machine, cost: &Cost, trial: Option<&Trial>) -> String {
             "    {off:.1e} of the sizes of what moves from ones of half the size, tried over {steps} of them"
         );
     }
-    let settable: Vec<&str> = machine.parameters.settable.iter().map(|one| one.port.name.as_str()).collect();
+    let settable = machine.parameters.settable.iter().map(|one| format!("{} ({})", one.port.name, one.span()));
+    let settable: Vec<String> = settable.collect();
     if !settable.is_empty() {
         let _ = writeln!(text, "parameters: {}", settable.join(", "));
     }
@@ -284,6 +285,8 @@ struct Costs<'a> {
     stack_bytes: usize,
     library: &'a [&'static str],
     parameters: Vec<&'a str>,
+    /// The least and the largest value of each, in its unit.
+    parameter_ranges: Vec<[f64; 2]>,
     fixed_parameters: &'a [(String, String)],
 }
 
@@ -301,6 +304,7 @@ impl<'a> Costs<'a> {
             stack_bytes: cost.stack,
             library: &cost.library,
             parameters: machine.parameters.settable.iter().map(|one| one.port.name.as_str()).collect(),
+            parameter_ranges: machine.parameters.settable.iter().map(|one| one.range).collect(),
             fixed_parameters: &machine.parameters.fixed,
         }
     }

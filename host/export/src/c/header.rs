@@ -6,6 +6,7 @@ use super::Real;
 use super::source::Source;
 use crate::analysis::Group;
 use crate::machine::{Machine, Port, identifier};
+use crate::parameters::Parameter;
 use crate::steps::Sizes;
 
 /// Writes the header.
@@ -42,7 +43,11 @@ pub(super) fn header(machine: &Machine, real: Real, source: &Source, head: &str)
     let _ = writeln!(text, "#define {upper}_STEP {} /* s{longest} */\n", real.number(machine.step));
     ports(&mut text, &machine.inputs, &format!("{upper}_INPUT"), "inputs");
     ports(&mut text, &machine.outputs, &format!("{upper}_OUTPUT"), "outputs");
-    let parameters: Vec<Port> = machine.parameters.settable.iter().map(|parameter| parameter.port.clone()).collect();
+    let ranged = |parameter: &Parameter| {
+        let about = format!("{}, {}", parameter.port.about, parameter.span());
+        Port { about, ..parameter.port.clone() }
+    };
+    let parameters: Vec<Port> = machine.parameters.settable.iter().map(ranged).collect();
     ports(&mut text, &parameters, &format!("{upper}_PARAMETER"), "parameters");
     states(&mut text, machine);
     let _ = write!(
