@@ -382,7 +382,7 @@ fn what_was_damaged_is_refused_by_name() {
     // A table: in the folder, and as a reference of a check.
     scratch.odyn("compare a b").ends_with(0);
     flip(&scratch.0.join("b/results.csv"), "\n200.0,");
-    refused("compare a b", &["b/results.csv", "its checksum is not the one in `summary.json`", "Run again"]);
+    refused("compare a b", &["b/results.csv", "its checksum is not the one in `summary.json`", "run again"]);
     let checked = format!(
         "{}[[check]]\nname = \"spin\"\nkind = \"velocity\"\nvalue = \"w1\"\nreference = {{ csv = \"b/results.csv\", column = \"w1\" }}\ntolerance = 1\n",
         support::BRICK
@@ -430,6 +430,9 @@ fn a_damaged_checkpoint_or_table_is_not_resumed() {
     fs::write(&checkpoint, &sound).unwrap();
     flip(&scratch.0.join("out/results.csv"), "\n10000.0,");
     refused("it is not what it was at the last checkpoint");
+    refused("begin the run anew");
+    fs::write(scratch.0.join("out/results.csv"), &table[..10]).unwrap();
+    refused("out/results.csv` cannot be used: it is shorter than at the last checkpoint");
     fs::write(scratch.0.join("out/results.csv"), &table).unwrap();
     // A checkpoint of the format before.
     let text = String::from_utf8(sound).unwrap();

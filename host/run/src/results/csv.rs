@@ -31,18 +31,28 @@ pub struct Written {
 }
 
 impl Written {
-    /// The part of a file that it was taken of, with its checksum; or why the file is not that one.
-    pub(super) fn part_of<'b>(&self, bytes: &'b [u8]) -> Result<(&'b [u8], Checksum), &'static str> {
+    /// The part of a file that it was taken of, with its checksum.
+    ///
+    /// # Errors
+    /// [`ResultsError::Changed`] if the file is not that one.
+    pub(super) fn part_of<'b>(&self, path: &Path, bytes: &'b [u8]) -> Result<(&'b [u8], Checksum), ResultsError> {
+        let wrong = |reason: &str| not_kept(path, reason);
         let part = usize::try_from(self.bytes).ok().and_then(|length| bytes.get(..length));
-        let part = part.ok_or("it is shorter than at the last checkpoint")?;
+        let part = part.ok_or_else(|| wrong("it is shorter than at the last checkpoint"))?;
         let mut checksum = Checksum::default();
         checksum.add(part);
         if checksum.hex() == self.sha256 {
             Ok((part, checksum))
         } else {
-            Err("it is not what it was at the last checkpoint: it was damaged, or edited")
+            Err(wrong("it is not what it was at the last checkpoint: it was damaged, or edited"))
         }
     }
+}
+
+/// A file that is not the one of a checkpoint.
+fn not_kept(path: &Path, reason: &str) -> ResultsError {
+    let help = "put it back as it was, or begin the run anew: `odyn run`";
+    ResultsError::Changed { path: path.to_path_buf(), reason: reason.into(), help }
 }
 
 /// Writes a plain CSV table: one header line, `t` first, then one line per sample.
@@ -110,19 +120,17 @@ impl CsvWriter {
     /// Continues a claimed file that begins with what was `kept` of it; what is behind that is cut off.
     ///
     /// # Errors
-    /// [`ResultsError::Write`]; [`ResultsError::NotATable`] if the file is shorter, or not what it was.
+    /// [`ResultsError::Write`]; [`ResultsError::Changed`] if the file is shorter, or not what it was.
     pub(super) fn go_on(
         path: &Path,
         mut file: File,
         channels: &[ChannelInfo],
         kept: &Written,
     ) -> Result<Self, ResultsError> {
-        let wrong =
-            |reason: &str| ResultsError::NotATable { path: path.to_path_buf(), line: None, reason: reason.into() };
         let text = std::fs::read(path).map_err(|cause| ResultsError::Read { path: path.to_path_buf(), cause })?;
-        let (whole, checksum) = kept.part_of(&text).map_err(wrong)?;
+        let (whole, checksum) = kept.part_of(path, &text)?;
         if !whole.starts_with(&header_of(channels)) {
-            return Err(wrong("its columns are not those of the run"));
+            return Err(not_kept(path, "its columns are not those of the run"));
         }
         let cut = file.set_len(kept.bytes).and_then(|()| file.seek(SeekFrom::Start(kept.bytes)));
         cut.map_err(|cause| ResultsError::write(path, cause))?;

@@ -44,6 +44,16 @@ pub enum ResultsError {
         /// What is wrong.
         reason: String,
     },
+    /// A file is not what it was when its run, or a part of that, ended.
+    #[error("`{}` cannot be used: {reason}", path.display())]
+    Changed {
+        /// The file.
+        path: PathBuf,
+        /// How it differs.
+        reason: String,
+        /// What to do about it.
+        help: &'static str,
+    },
     /// Two tables share no times or no columns.
     #[error("`{}` and `{}` cannot be compared: {reason}", first.display(), second.display())]
     NothingToCompare {
@@ -71,7 +81,9 @@ impl ResultsError {
     pub fn code(&self) -> Code {
         match self {
             Self::Write { .. } => codes::CANNOT_WRITE,
-            Self::Read { .. } | Self::NotATable { .. } | Self::NotAMotion { .. } => codes::CANNOT_READ_RESULTS,
+            Self::Read { .. } | Self::NotATable { .. } | Self::NotAMotion { .. } | Self::Changed { .. } => {
+                codes::CANNOT_READ_RESULTS
+            }
             Self::NothingToCompare { .. } => codes::NOTHING_TO_COMPARE,
         }
     }
@@ -117,6 +129,7 @@ impl ResultsError {
             Self::NotAMotion { .. } => {
                 "a run writes it with `motion = true` in [simulation], or with `--motion`; run anew"
             }
+            Self::Changed { help, .. } => help,
             Self::NothingToCompare { .. } => {
                 "columns are matched by name, rows by time; both tables need the same units"
             }

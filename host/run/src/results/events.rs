@@ -117,15 +117,11 @@ impl Events {
     /// Continues the file of a folder with what was `kept` of it.
     ///
     /// # Errors
-    /// [`ResultsError::Read`], [`ResultsError::Write`]; [`ResultsError::NotATable`] if the file is not the one of the checkpoint.
+    /// [`ResultsError::Read`], [`ResultsError::Write`]; [`ResultsError::Changed`] if the file is not the one of the checkpoint.
     pub fn go_on(&mut self, folder: &Path, unit: f64, kept: &Written) -> Result<(), ResultsError> {
         let path = folder.join(EVENTS_FILE);
         let bytes = std::fs::read(&path).map_err(|cause| ResultsError::Read { path: path.clone(), cause })?;
-        let (part, _) = kept.part_of(&bytes).map_err(|reason| ResultsError::NotATable {
-            path: path.clone(),
-            line: None,
-            reason: reason.into(),
-        })?;
+        let (part, _) = kept.part_of(&path, &bytes)?;
         super::replace(&path, part, false)?;
         (self.file, self.unit) = (Some(path), unit);
         Ok(())

@@ -39,8 +39,8 @@ impl Table {
     /// The `results.csv` of a run that has ended is what its run wrote: `summary.json` beside it has the checksum.
     ///
     /// # Errors
-    /// [`ResultsError::Read`] or [`ResultsError::NotATable`] with the line of the first mistake, a table that is too large
-    /// to be kept (1e8 numbers, 2 GB), or one that is not what its run wrote.
+    /// [`ResultsError::Read`] or [`ResultsError::NotATable`] with the line of the first mistake, or a table that is too large
+    /// to be kept (1e8 numbers, 2 GB); [`ResultsError::Changed`] where it is not what its run wrote.
     pub fn read(path: &Path) -> Result<Self, ResultsError> {
         Self::read_at_most(path, MOST_NUMBERS, LONGEST)
     }
@@ -110,13 +110,9 @@ impl Table {
         if let Some(noted) = noted_checksum(path)?
             && noted != checksum_of_file(path).map_err(unreadable)?
         {
-            return Err(not_a_table(
+            return Err(changed(
                 path,
-                None,
-                format!(
-                    "its checksum is not the one in `{SUMMARY_FILE}`, so it was damaged or edited after its run. Run again; or, \
-                     where it was edited on purpose, copy it to a folder without `{SUMMARY_FILE}`"
-                ),
+                format!("its checksum is not the one in `{SUMMARY_FILE}`: it was damaged, or edited"),
             ));
         }
         let mut file = open().map_err(unreadable)?;
@@ -236,7 +232,7 @@ fn noted_checksum(path: &Path) -> Result<Option<String>, ResultsError> {
     }
     let damaged = |reason: String| {
         let reason = format!("its checksum can't be had from `{SUMMARY_FILE}` beside it: {reason}");
-        not_a_table(path, None, reason)
+        changed(path, reason)
     };
     let text = std::fs::read_to_string(&summary).map_err(|error| damaged(error.to_string()))?;
     let noted: Noted = serde_json::from_str(&text).map_err(|error| damaged(error.to_string()))?;
@@ -280,6 +276,12 @@ fn check_order(times: &[f64]) -> Result<(), String> {
         [.., before, now] if now < before => Err(format!("the time goes back from {before} to {now}")),
         _ => Ok(()),
     }
+}
+
+/// A table that is not what it was at the end of its run.
+fn changed(path: &Path, reason: String) -> ResultsError {
+    let help = "run again; or, where it was edited on purpose, copy it to a folder without `summary.json`";
+    ResultsError::Changed { path: path.to_path_buf(), reason, help }
 }
 
 fn not_a_table(path: &Path, line: Option<u64>, reason: String) -> ResultsError {

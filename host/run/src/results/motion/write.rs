@@ -52,12 +52,11 @@ impl MotionWriter {
     /// Continues a file that begins with what was `kept` of it; what is behind that is cut off.
     ///
     /// # Errors
-    /// [`ResultsError::Write`], [`ResultsError::Read`]; [`ResultsError::NotAMotion`] if the file is shorter, or not what it was.
+    /// [`ResultsError::Write`], [`ResultsError::Read`]; [`ResultsError::Changed`] if the file is shorter, or not what it was.
     pub fn go_on(path: &Path, header: &MotionHeader, kept: &Written) -> Result<Self, ResultsError> {
-        let wrong = |reason: &str| ResultsError::NotAMotion { path: path.to_path_buf(), reason: reason.into() };
         let failed = |cause| ResultsError::write(path, cause);
         let bytes = std::fs::read(path).map_err(|cause| ResultsError::Read { path: path.to_path_buf(), cause })?;
-        let (whole, checksum) = kept.part_of(&bytes).map_err(wrong)?;
+        let (whole, checksum) = kept.part_of(path, &bytes)?;
         let mut file = OpenOptions::new().write(true).open(path).map_err(failed)?;
         file.set_len(kept.bytes).and_then(|()| file.seek(SeekFrom::Start(kept.bytes))).map_err(failed)?;
         let mut writer = Self::new(path, file, header);
