@@ -89,6 +89,15 @@ fn loads_are_written_for_finite_elements() {
     let step = fs::read_to_string(folder.join("step-2.inp")).unwrap();
     assert!(step.contains("EALL, CENTRIF, ") && step.contains("*STATIC"), "{step}");
     assert_eq!(rows(&folder.join("loads.csv")), 5);
+    // Of a body that falls, nothing but its weight is against its inertia: both are printed.
+    let falls =
+        scratch.odyn("loads brick.toml --body brick --at 0 --set simulation.gravity=[0,0,-10] -o fall").ends_with(0);
+    let sizes = |name: &str| {
+        let rows = falls.out();
+        let row = rows.lines().find_map(|line| line.trim().strip_prefix(name)).unwrap_or_else(|| panic!("{rows}"));
+        row.split_whitespace().next().unwrap().parse::<f64>().unwrap()
+    };
+    assert!(sizes("weight") > 0.0 && sizes("weight") == sizes("inertia"), "{}", falls.out());
     let ran = scratch.odyn("loads brick.toml --body brock").ends_with(3);
     assert!(ran.err().contains("did you mean `brick`?"), "{}", ran.err());
     scratch.odyn("loads brick.toml --body brick --at soon").ends_with(2);

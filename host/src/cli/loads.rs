@@ -106,22 +106,15 @@ fn told(found: &Loads, worst: f64) -> String {
     }
     for case in &found.cases {
         let _ = writeln!(text, "t = {} s: {}", significant(case.time, 9), case.why);
+        let mut row = |name: &str, force: &[f64; 3], moment: &[f64; 3]| {
+            let [force, moment] = [force, moment].map(|of| significant(size(of), 6));
+            let _ = writeln!(text, "  {name:<24} {force:>14} N {moment:>14} N m");
+        };
         for (attachment, wrench) in found.attachments.iter().zip(&case.wrenches) {
-            let _ = writeln!(
-                text,
-                "  {:<24} {:>14} N {:>14} N m",
-                attachment.element,
-                significant(size(&wrench.force), 6),
-                significant(size(&wrench.moment), 6)
-            );
+            row(&attachment.element, &wrench.force, &wrench.moment);
         }
-        let _ = writeln!(
-            text,
-            "  {:<24} {:>14} N {:>14} N m",
-            "inertia",
-            significant(size(&case.inertia.force), 6),
-            significant(size(&case.inertia.moment), 6)
-        );
+        row("weight", &case.weight, &[0.0; 3]);
+        row("inertia", &case.inertia.force, &case.inertia.moment);
     }
     text
 }
