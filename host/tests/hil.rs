@@ -204,10 +204,12 @@ fn what_cannot_run_in_time_is_refused() {
         assert_eq!(output.status.code(), Some(code), "{line}: {err}");
         assert!(err.contains(word), "{line}: {err}");
     }
-    let described = scratch.command("hil wheel.toml --describe --rate 500Hz").output().unwrap();
+    let turning = "--set wheel.angular_velocity=[0,0,90]";
+    let described = scratch.command(&format!("hil wheel.toml --describe --rate 500Hz {turning}")).output().unwrap();
     let described: serde_json::Value = serde_json::from_slice(&described.stdout).unwrap();
     assert_eq!((&described["inputs"][0]["name"], &described["inputs"][0]["unit"]), (&"torque".into(), &"N m".into()));
     assert_eq!((&described["outputs"][1]["unit"], &described["period_s"]), (&"deg".into(), &0.002.into()));
+    assert!((described["outputs"][0]["start"].as_f64().unwrap() - 90.0).abs() < 1e-9, "{described}");
 }
 
 /// The example: a controller in Python holds a pendulum upright, by UDP and by shared memory.

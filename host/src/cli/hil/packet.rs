@@ -11,7 +11,7 @@
 //! | 28..32 | signature of names and units; 0 in inputs: not compared |
 //! | 32.. | the values, doubles, in the units and the order that `odyn hil --describe` says |
 
-use odyn::export::{Machine, Port};
+use odyn::export::{Machine, Port, Twin};
 use serde::Serialize;
 
 /// Version of the format.
@@ -56,7 +56,9 @@ impl Description {
         };
         let open = machine.inputs.iter().enumerate().filter(|(_, port)| !port.is_fixed);
         let (input_numbers, inputs): (Vec<usize>, Vec<Value>) = open.map(|(k, port)| (k, value(port))).unzip();
-        let outputs: Vec<Value> = machine.outputs.iter().map(value).collect();
+        let mut twin = Twin::new(machine.clone());
+        let starts = machine.outputs.iter().zip(twin.outputs());
+        let outputs: Vec<Value> = starts.map(|(port, start)| Value { start: *start, ..value(port) }).collect();
         let lists = [("i", &inputs), ("o", &outputs)];
         let words =
             lists.iter().flat_map(|(word, list)| list.iter().map(move |v| format!("{word} {} [{}]\n", v.name, v.unit)));
