@@ -331,7 +331,7 @@ table! {
     NOTHING_TO_COMPARE = "ODY0803", Files, "nothing in common",
         "The two tables share no times or no columns besides the time.";
     CANNOT_GO_ON = "ODY0804", Scene, "no state to continue from",
-        "`--from FOLDER` continues from the file state.toml that a run of the same scene left in its folder of results. Bodies and elements must be the same, in the same order, and the scene must end later than that run did (`--t-end`). `odyn resume FOLDER` continues the run itself, from the file checkpoint.toml that it left there (`--checkpoint every=TIME`); scene, options, libraries and program must be what they were.";
+        "`--from FOLDER` continues from the file state.toml that a run of the same scene left in its folder of results. Bodies, elements and inputs must be the same, in the same order (an `[[input]]` that nothing takes any more may stay), and the scene must end later than that run did (`--t-end`). `odyn resume FOLDER` continues the run itself, from the file checkpoint.toml that it left there (`--checkpoint every=TIME`); scene, options, libraries and program must be what they were.";
     NO_STUDIO = "ODY0805", Files, "studio that cannot be started",
         "`odyn studio` serves a page on the loopback address of this machine. It needs a port that is free (`--port`; any free one if left out), a folder for temporary files, and the scripts of the page: they are bundled by npm when odyn is built, unless `ODYN_DESK=off` is set or npm cannot be had. `odyn run --watch` and `odyn report` need neither.";
     CANNOT_EXPORT = "ODY0806", Scene, "scene that cannot be exported",

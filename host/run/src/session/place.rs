@@ -7,6 +7,7 @@ use super::error::SessionError;
 use super::opened::Session;
 use super::restart::Restart;
 use super::run::Run;
+use super::savings::plural;
 use crate::catalog::sha256;
 use crate::diagnostics::{Diagnostic, codes};
 use crate::scene::OutputTimes;
@@ -35,23 +36,14 @@ impl Session {
     /// the scene gives another value than it did then have that one.
     ///
     /// # Errors
-    /// A state of other bodies or elements; an opaque element that refuses its memory.
+    /// A state of other bodies, elements or inputs; an opaque element that refuses its memory.
     pub fn stand_at(&mut self, mut state: Restart) -> Result<(), SessionError> {
-        let names: Vec<&str> = self.model.elements.iter().map(|element| element.name.as_str()).collect();
-        let bodies: Vec<&str> = self.model.bodies.iter().map(|body| body.name.as_str()).collect();
-        let layout = &self.plan.layout;
-        let same = state.bodies == bodies
-            && state.elements == names
-            && state.working.len() == self.assembly.working.len()
-            && (state.references.len(), state.discrete.len()) == (layout.references, layout.discrete);
         let refuse = |message: String, help: &str| {
             let diagnostic = Diagnostic::error(codes::CANNOT_GO_ON, message).help(help);
             Err(SessionError::one(&self.scene.source, diagnostic))
         };
-        if !same {
-            let found = format!("{} bodies and {} elements", state.bodies.len(), state.elements.len());
-            let message = format!("the state to continue from belongs to another scene ({found})");
-            return refuse(message, "bodies and elements must be the same, in the same order");
+        if let Some((difference, help)) = self.differs_from(&state) {
+            return refuse(format!("the state to continue from belongs to another scene: {difference}"), help);
         }
         let finite = |list: &[f64]| list.iter().all(|x| x.is_finite());
         if !(finite(&state.working) && finite(&state.references) && finite(&state.discrete) && state.time.is_finite()) {
@@ -77,6 +69,35 @@ impl Session {
         self.begin_released(&state.released)?;
         self.begins.state = Some(state);
         Ok(())
+    }
+
+    /// In what a state is none of this scene, and what to do about it.
+    fn differs_from(&self, state: &Restart) -> Option<(String, &'static str)> {
+        let bodies: Vec<&str> = self.model.bodies.iter().map(|body| body.name.as_str()).collect();
+        let elements: Vec<&str> = self.model.elements.iter().map(|element| element.name.as_str()).collect();
+        let lists = [("body", "bodies", &state.bodies, bodies), ("element", "elements", &state.elements, elements)];
+        for (one, many, had, now) in lists {
+            if *had != now {
+                let difference = match other_names(had, &now) {
+                    [Some(gone), _] => format!("it has the {one} `{gone}`, which this scene has not"),
+                    [None, Some(new)] => format!("it has not the {one} `{new}` of this scene"),
+                    [None, None] => format!("its {many} are in another order"),
+                };
+                return Some((difference, "bodies and elements must be the same, in the same order"));
+            }
+        }
+        let (had, now) = (state.given.len(), self.model.inputs.len());
+        if had != now {
+            let difference = format!("it has {}, this scene {now}", plural(had, "`[[input]]`", "`[[input]]`s"));
+            return Some((difference, "inputs must be as many, in the same order; one that nothing takes may stay"));
+        }
+        let layout = &self.plan.layout;
+        let same = state.working.len() == self.assembly.working.len()
+            && (state.references.len(), state.discrete.len()) == (layout.references, layout.discrete);
+        (!same).then(|| {
+            let difference = "elements of the same names have other states there".into();
+            (difference, "types, and parameters that give states (memories, orders of filters), must be the same")
+        })
     }
 
     /// Gives opaque elements back their private memories: names and bytes. Those of elements that are not here are left out.
@@ -168,4 +189,10 @@ impl Session {
         again.origin.clone_from(&self.origin);
         Ok(again)
     }
+}
+
+/// The first name of one list that the other has not, and the reverse.
+fn other_names<'a>(had: &'a [String], now: &[&'a str]) -> [Option<&'a str>; 2] {
+    let gone = had.iter().map(String::as_str).find(|name| !now.contains(name));
+    [gone, now.iter().copied().find(|name| !had.iter().any(|other| other == name))]
 }

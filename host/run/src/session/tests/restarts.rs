@@ -71,7 +71,21 @@ fn states_that_do_not_fit_are_refused() {
     };
     let text = wheel(2.0, "interpreted");
     let refusal = |state: Restart| open(&text).go_on_from(state).map_err(|e| e.to_string()).unwrap_err();
-    assert!(refusal(state(&scenes::pendulum(""))).contains("belongs to another scene"));
+    let other = refusal(state(&scenes::pendulum("")));
+    assert!(other.contains("belongs to another scene: it has the body `"), "{other}");
+    let mut renamed = state(&text);
+    renamed.elements.iter_mut().filter(|name| *name == "lag").for_each(|name| *name = "delay".into());
+    let renamed = refusal(renamed);
+    assert!(renamed.contains("it has the element `delay`, which this scene has not"), "{renamed}");
+    let mut turned = state(&text);
+    turned.elements.reverse();
+    assert!(refusal(turned).contains("its elements are in another order"));
+    // An input that was there, with the same bodies and elements.
+    let inputs = refusal(state(&(text.clone() + "[[input]]\nname = \"wind\"\nvalue = 1\n")));
+    assert!(inputs.contains("it has 1 `[[input]]`, this scene 0") && inputs.contains("as many"), "{inputs}");
+    let mut memory = state(&text);
+    memory.working.push(0.0);
+    assert!(refusal(memory).contains("other states"));
     assert!(refusal(Restart { time: 2.0, ..state(&text) }).contains("not before this scene's end"));
     let mut broken = state(&text);
     broken.working[3] = f64::NAN;
