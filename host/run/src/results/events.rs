@@ -189,9 +189,9 @@ impl Events {
         self.list.push(event.clone());
         let Some(path) = &self.file else { return Ok(()) };
         let Event { time, element, row, kind, rates: [before, after], impulse, lost } = event;
-        let mut fields = vec![(time / self.unit).to_string(), element.clone(), kind.name().into(), row.clone()];
+        let mut fields = vec![number(time / self.unit), element.clone(), kind.name().into(), row.clone()];
         let numbers = [*before, *after, *impulse, *lost];
-        fields.extend(numbers.map(|x| if *kind == EventKind::Impact { x.to_string() } else { String::new() }));
+        fields.extend(numbers.map(|x| if *kind == EventKind::Impact { number(x) } else { String::new() }));
         let mut line = csv::WriterBuilder::new().has_headers(false).from_writer(Vec::new());
         let line = line
             .write_record(&fields)
@@ -200,6 +200,14 @@ impl Events {
         let open = || std::fs::OpenOptions::new().append(true).open(path);
         let written = line.and_then(|line| open()?.write_all(&line));
         written.map_err(|cause| ResultsError::write(path, cause))
+    }
+}
+
+/// The fewest digits that read back as the same bits; with an exponent where they would stand behind a row of zeros, or before one.
+fn number(x: f64) -> String {
+    match x == 0.0 || (1e-5..1e16).contains(&x.abs()) {
+        true => x.to_string(),
+        false => format!("{x:e}"),
     }
 }
 

@@ -3,7 +3,8 @@
 use super::{Scratch, channel};
 use crate::diagnostics::codes;
 use crate::results::{
-    CHANNELS_FILE, ChannelInfo, CsvWriter, Folder, RESULTS_FILE, ResultsError, SUMMARY_FILE, Status, Summary, Table,
+    CHANNELS_FILE, ChannelInfo, CsvWriter, EVENTS_FILE, Event, EventKind, Events, Folder, RESULTS_FILE, ResultsError,
+    SUMMARY_FILE, Status, Summary, Table,
 };
 use std::fs;
 
@@ -261,4 +262,29 @@ fn tables_that_do_not_fit_into_memory_are_refused() {
     let message = |most, longest| Table::read_at_most(&path, most, longest).unwrap_err().to_string();
     assert!(message(5, 100).contains("more than 5e0 numbers"), "{}", message(5, 100));
     assert!(message(6, 12).contains("longer than"), "{}", message(6, 12));
+}
+
+#[test]
+fn numbers_of_events_are_short_and_read_back() {
+    let scratch = Scratch::new("events");
+    let (least, most) = (f64::from_bits(1), f64::MAX);
+    let event = |time: f64, rates: [f64; 2]| Event {
+        time,
+        element: "tap".into(),
+        row: "gap".into(),
+        kind: EventKind::Impact,
+        rates,
+        impulse: -0.25,
+        lost: 1e-5,
+    };
+    let events = [event(0.0, [-2.25, 4.930380657631324e-32]), event(1e-7, [-most, -least]), event(3.0, [0.0, -0.0])];
+    let mut file = Events::default();
+    file.begin(&scratch, 1.0).unwrap();
+    events.iter().for_each(|event| file.take(event).unwrap());
+    let text = fs::read_to_string(scratch.join(EVENTS_FILE)).unwrap();
+    let lines: Vec<&str> = text.lines().skip(1).collect();
+    assert_eq!(lines[0], "0,tap,impact,gap,-2.25,4.930380657631324e-32,-0.25,0.00001");
+    assert_eq!(lines[1], "1e-7,tap,impact,gap,-1.7976931348623157e308,-5e-324,-0.25,0.00001");
+    assert_eq!(lines[2], "3,tap,impact,gap,0,-0,-0.25,0.00001");
+    assert_eq!(*file.all().unwrap(), events);
 }
