@@ -59,9 +59,13 @@ fn read_body(record: &Record<'_>, names: &mut NamesTaken, reader: &mut Reader<'_
     }
     let fixed = reader.flag(record, "fixed", false);
     let particle = reader.flag(record, "particle", false);
-    for key in ["mass", "inertia"] {
+    let without = [
+        ("mass", "a body that does not move needs none: `fixed = true`"),
+        ("inertia", "a body that does not move needs none: `fixed = true`; nor does a point mass: `particle = true`"),
+    ];
+    for (key, help) in without {
         if !fixed && record.table.get(key).is_none() && !(particle && key == "inertia") {
-            reader.missing(record, key);
+            reader.missing_with(record, key, Some(help));
         }
     }
     for key in OF_RIGID_BODIES.iter().filter(|_| particle) {

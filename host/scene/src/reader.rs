@@ -169,13 +169,19 @@ impl Reader<'_> {
 
     /// Reports a key that must be there.
     pub(super) fn missing(&mut self, record: &Record<'_>, key: &str) {
+        self.missing_with(record, key, None);
+    }
+
+    /// The same, with advice.
+    pub(super) fn missing_with(&mut self, record: &Record<'_>, key: &str, help: Option<&str>) {
         let message = match record.what.as_str() {
             "" => format!("the scene has no `{key}`"),
             what => format!("{what} has no `{key}`"),
         };
         self.diagnostics.push(
             Diagnostic::error(codes::MISSING_KEY, message)
-                .at(record.table.span.clone(), format!("`{key}` is missing here")),
+                .at(record.table.span.clone(), format!("`{key}` is missing here"))
+                .help_if(help.map(str::to_owned)),
         );
     }
 
@@ -435,7 +441,7 @@ impl Reader<'_> {
         Some(Record { table, what: format!("`[{key}]`") })
     }
 
-    /// The name of a record: there, not empty, made of letters, digits, `_`, `-` and the characters of
+    /// The name of a record: there, not empty, made of letters of ASCII, digits, `_`, `-` and the characters of
     /// `more`.
     pub(super) fn name(&mut self, record: &Record<'_>, more: &str) -> Option<Spanned<String>> {
         if record.table.get("name").is_none() {
@@ -445,8 +451,8 @@ impl Reader<'_> {
         let allowed = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-') || more.contains(c);
         if name.value.is_empty() || !name.value.chars().all(allowed) {
             let blank = if more.contains(' ') { "" } else { ", not blanks" };
-            self.diagnostics
-                .push(unusable(&name.value, name.span).help(format!("a name has letters, digits, `_` and `-`{blank}")));
+            let help = format!("a name has letters from a to z, capital or not, digits, `_` and `-`{blank}");
+            self.diagnostics.push(unusable(&name.value, name.span).help(help));
             return None;
         }
         Some(name)

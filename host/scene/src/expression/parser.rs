@@ -332,7 +332,24 @@ impl<'a> Parser<'a> {
             true => format!("`{found}` cannot stand here"),
             false => format!("`{found}` cannot stand here, is an operator missing?"),
         };
-        ExpressionError::new(codes::EXPRESSION_SYNTAX, range, message)
+        let error = ExpressionError::new(codes::EXPRESSION_SYNTAX, range, message);
+        match self.decimal_comma(start) {
+            Some(number) => {
+                error.advise(format!("decimals are behind a point, `{number}`, and thousands have no comma"))
+            }
+            None => error,
+        }
+    }
+
+    /// The number with a point where a comma at `at` stands between digits, and none of its parts has a point.
+    fn decimal_comma(&self, at: usize) -> Option<String> {
+        let (front, behind) = (&self.text[..at], self.text[at..].strip_prefix(',')?);
+        let before = front.trim_end_matches(|c: char| c.is_ascii_digit() || c == '_');
+        let whole = &front[before.len()..];
+        let decimals = &behind[..behind.len() - behind.trim_start_matches(|c: char| c.is_ascii_digit()).len()];
+        let begins = whole.starts_with(|c: char| c.is_ascii_digit());
+        let is_number = begins && !decimals.is_empty() && !before.ends_with(|c: char| c == '.' || c.is_alphanumeric());
+        is_number.then(|| format!("{whole}.{decimals}"))
     }
 }
 

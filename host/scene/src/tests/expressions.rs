@@ -228,6 +228,17 @@ fn an_empty_text_is_no_quantity() {
 }
 
 #[test]
+fn a_comma_within_a_number_has_the_remedy() {
+    let help = |text: &str| error(text, Dimension::MASS).help.join("; ");
+    for (text, number) in [("1,5 kg", "`1.5`"), ("2 * (10,25 kg)", "`10.25`"), ("1_000,5 kg", "`1_000.5`")] {
+        assert!(help(text).contains(number), "{text}: {}", help(text));
+    }
+    for text in ["1.5,5 kg", ",5 kg", "1, 5 kg", "x,5 kg", "x1,5 kg"] {
+        assert!(!help(text).contains("decimals"), "{text}: {}", help(text));
+    }
+}
+
+#[test]
 fn unknown_names_have_advice() {
     let help = error("crank.raduis", Dimension::LENGTH).help;
     assert_eq!(help, ["did you mean `crank.radius`?"]);

@@ -84,6 +84,17 @@ error[ODY0104]: this joint has no `name`
 }
 
 #[test]
+fn letters_that_no_name_may_have_and_bodies_without_mass_have_the_remedy() {
+    let of_body = |keys: &str| reject(&format!("{SIMULATION}[[body]]\n{keys}\n")).rendered();
+    let name = of_body("name = \"Körper\"\nfixed = true");
+    assert!(name.contains("letters from a to z, capital or not, digits, `_` and `-`, not blanks"), "{name}");
+    let mass = of_body("name = \"a\"\ninertia = [1, 1, 1]");
+    assert!(mass.contains("no `mass`") && mass.contains("`fixed = true`") && !mass.contains("particle"), "{mass}");
+    let inertia = of_body("name = \"a\"\nmass = 1");
+    assert!(inertia.contains("`fixed = true`") && inertia.contains("`particle = true`"), "{inertia}");
+}
+
+#[test]
 fn a_mistake_on_the_command_line_is_shown_there() {
     let text = format!("[parameters]\ncrank.radius = \"8.5 mm\"\n{SIMULATION}max_step = \"crank.radius\"\n");
     let rejected = reject_with(&text, &["crank.radius = 9 parsec"]);
