@@ -226,7 +226,12 @@ pub(super) fn simulation_keys() -> Vec<Key> {
             "Whether parts that share nothing take common steps or each its own; `auto`: each its own where many of them switch.",
         ),
         ("max_step", positive(Dimension::TIME), "Largest step."),
-        ("fixed_step", positive(Dimension::TIME), "Steps of this size, without error control."),
+        (
+            "fixed_step",
+            positive(Dimension::TIME),
+            "Equal steps of this size, without error control; shorter ones where it is no whole part of the run, or of what is between two \
+             checkpoints.",
+        ),
         ("first_step", positive(Dimension::TIME), "First step."),
         ("max_steps", whole(1), "Number of steps after which to give up."),
         (

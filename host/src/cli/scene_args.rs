@@ -26,7 +26,7 @@ pub(super) struct SceneArgs {
     /// radau5 (implicit, for stiff scenes), radau9 (the same at tight tolerances), rk4 (needs --fixed-step)
     #[arg(long, value_name = "NAME")]
     pub(super) method: Option<String>,
-    /// Steps of this size without error control, with any method: in the scene's unit, or with its own such as "10 us"
+    /// Equal steps of this size (at most) without error control, with any method: in the scene's unit, or with its own such as "10 us"
     #[arg(long, value_name = "TIME", allow_negative_numbers = true)]
     pub(super) fixed_step: Option<String>,
     /// How the equations of motion are written and evaluated

@@ -11,7 +11,8 @@ use super::{
 };
 
 /// Warnings that come at the end of a run.
-const END_CODES: [Code; 4] = [codes::ELEMENT_CHECK, codes::LEFT_GRID, codes::NOTHING_MOVED, codes::LEFT_OPEN];
+const END_CODES: [Code; 5] =
+    [codes::ELEMENT_CHECK, codes::LEFT_GRID, codes::NOTHING_MOVED, codes::LEFT_OPEN, codes::OTHER_STEP];
 /// Said of a failed check.
 const FAILED: &str = "FAILED";
 /// Said of an audit that found too much.

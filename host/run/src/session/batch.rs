@@ -83,6 +83,7 @@ impl Session {
         session.judge_outputs(summary, &samplings);
         session.warn_of_elements(summary);
         session.warn_of_rest(summary);
+        session.warn_of_step(summary);
         let checks = session.evaluate(summary, &samplings, &tables);
         summary.wall_time_s = before + session.load_time + session.compile_time + started.elapsed().as_secs_f64();
         let closed = samplings.close(folder, summary, end.state.as_ref().ok(), session.options.afterwards);

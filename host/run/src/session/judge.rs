@@ -19,6 +19,10 @@ use element_api::recording::Op;
 
 /// Bodies that move by less than this share of the scene's size during a run are at rest.
 const AT_REST: f64 = 1e-9;
+/// Steps that differ by this share are the same.
+const SAME_STEP: f64 = 1e-9;
+/// Name of the method whose steps have no fixed size, but a largest one.
+const KINEMATIC: &str = "kinematic";
 
 impl Session {
     /// What the audit may find: as asked for, else what belongs to the tolerance; `None` where it is not to be judged.
@@ -225,6 +229,25 @@ impl Session {
                 "{}: nothing moved in all the time, though the joints leave {freedoms}: no load acts along what may move; {gravity} loads or \
                  velocities at the start",
                 codes::NOTHING_MOVED
+            ));
+        }
+    }
+
+    /// Warns where steps were not as long as the scene asks for: equal ones of that size do not fill the run. The status stays.
+    pub(super) fn warn_of_step(&self, summary: &mut Summary) {
+        let Some(asked) = self.scene.simulation.fixed_step else { return };
+        let unit = self.scene.units.factor(Dimension::TIME);
+        let taken = (summary.t_end_reached * unit - self.begins.sampled_from) / summary.steps as f64;
+        // Islands that run apart count their steps together; determined motions have no fixed size, but a largest one.
+        let counts = summary.status == Status::Completed && summary.islands.is_empty() && summary.method != KINEMATIC;
+        if counts && (taken - asked).abs() > SAME_STEP * asked {
+            let time = |t: f64| format!("{} {}", significant(t / unit, 6), self.scene.units.label(Dimension::TIME));
+            summary.warnings.push(format!(
+                "{}: {} of {} on average, not of {}: equal steps end with the run, and at each checkpoint",
+                codes::OTHER_STEP,
+                plural(summary.steps as usize, "step was taken,", "steps were taken,"),
+                time(taken),
+                time(asked)
             ));
         }
     }

@@ -395,6 +395,7 @@ impl<'a> Run<'a> {
         session.judge(&mut summary);
         session.warn_of_elements(&mut summary);
         session.warn_of_rest(&mut summary);
+        session.warn_of_step(&mut summary);
         let mut samplings = match rows {
             Rows::Kept(samplings) => *samplings,
             Rows::Sent(_) => session.no_samplings(),

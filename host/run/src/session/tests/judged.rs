@@ -32,6 +32,25 @@ fn coarse_steps_are_suspect_without_being_asked() {
 }
 
 #[test]
+fn a_fixed_step_that_does_not_fill_the_run_is_told() {
+    let told = |h: f64, keys: &str| {
+        let warnings = run(&in_steps(h, keys)).summary.warnings;
+        warnings.into_iter().filter(|warning| warning.starts_with(codes::OTHER_STEP.code)).collect::<Vec<_>>()
+    };
+    assert_eq!(
+        told(0.004, "t_start = 0.002"),
+        [
+            "ODY0862: 2250 steps were taken, of 0.00399911 s on average, not of 0.004 s: equal steps end with the run, and at each \
+          checkpoint"
+        ]
+    );
+    // 9 / 0.01 is 900 but for round-off.
+    for (h, keys) in [(0.01, ""), (0.0225, ""), (9.0, ""), (0.001, "t_start = 0.3")] {
+        assert_eq!(told(h, keys), [""; 0], "{h}");
+    }
+}
+
+#[test]
 fn judging_is_switched_off_and_on_by_scene_and_options() {
     let run_with = |keys: &str, audit_tolerance| {
         let options = RunOptions { audit_tolerance, ..RunOptions::default() };
