@@ -268,7 +268,7 @@ table! {
     REACTIONS_NOT_UNIQUE = "ODY0506", Assembly, "reactions are not unique",
         "Redundant joints share a load in a way that rigid bodies don't determine, and so do more contacts than hold a body: a table on four legs. Sums over the joints, or the contacts, are unique. Use a joint with fewer constraints, or a bushing; three contacts, or such with stiffness (`bump-stop`). Of contacts it is seen while a scene runs: `events.csv` says since when (`indeterminate`).";
     SINGULAR_MASS = "ODY0507", Assembly, "the motion is not determined",
-        "A direction of motion has neither mass nor a joint. Give the body a mass, or fix it.";
+        "A direction of motion has neither mass nor a joint. Give the body a mass, or fix it. Or forces that depend on accelerations or reactions have no solution together with them: friction that is too large, or a force that follows a signal made of an acceleration and cancels the inertia that it moves.";
     FAR_FROM_ORIGIN = "ODY0508", Assembly, "far from the origin",
         "Numbers have 16 digits. A machine of 0.1 m that stands 1000 km from the origin leaves 9 of them for its motion, and errors below that cannot be had; in Cartesian coordinates the integrator takes many small steps in search of them. Put the origin near the machine, or raise the tolerance.";
     CHOSEN_VELOCITY = "ODY0509", Assembly, "a velocity at the start was chosen",

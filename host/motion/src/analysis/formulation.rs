@@ -109,8 +109,8 @@ pub enum AnalysisError {
     },
     /// Forces that depend on reactions or accelerations have no solution together with them that was found.
     #[error(
-        "forces that depend on reactions or accelerations (friction, inertia of elements) were not found together with them: too \
-         much friction can have no solution, or several (Painleve)"
+        "forces that depend on reactions or accelerations (friction, inertia of elements, signals) were not found together with them: \
+         there may be no solution, or several, as with too much friction (Painleve)"
     )]
     NoCommonSolution,
     /// A torque acts on a point mass.

@@ -200,7 +200,7 @@ fn taken_reactions(model: &Model) -> impl Iterator<Item = usize> {
 }
 
 /// Whether a quantity needs accelerations or multipliers.
-fn needs_solver(quantity: &crate::model::Quantity, model: &Model) -> bool {
+pub(super) fn needs_solver(quantity: &crate::model::Quantity, model: &Model) -> bool {
     use crate::model::{Level, Quantity};
     match quantity {
         Quantity::Point { level, .. } | Quantity::Angular { level, .. } | Quantity::Coordinate { level, .. } => {

@@ -6,6 +6,7 @@ use super::checkpoint::Carried;
 use super::error::{SessionError, start_error};
 use super::opened::Session;
 use super::restart::Restart;
+use super::savings::needs_solver;
 use super::tier::Made;
 use crate::analysis::{AnalysisError, Counters};
 use crate::catalog::fault_code;
@@ -14,7 +15,7 @@ use crate::integrate::{self, IntegrateError, Outcome, StopReason};
 use crate::model::{Channel, Quantity};
 use crate::plan::Plan;
 use crate::results::{Audit, ChannelInfo, LibraryUsed, Remedy, ResultsError, Status, Summary, checksum, significant};
-use crate::scene::{Dimension, ElementKind, ElementRecord, OutputRecord};
+use crate::scene::{Dimension, ElementKind, ElementRecord, InputSource, OutputRecord, Spanned};
 
 /// Elements that are named where several may be the cause.
 const MOST_NAMED: usize = 6;
@@ -256,9 +257,11 @@ impl Session {
     /// The motion cannot start at this time, s: by the fault of an element, or of its equations.
     pub(super) fn cannot_start(&self, error: AnalysisError, t: f64) -> SessionError {
         let mut general = start_error(&self.scene, &error);
-        if let (AnalysisError::NoCommonSolution, Some((place, help))) = (&error, self.reaction_takers()) {
-            general.diagnostics =
-                general.diagnostics.into_iter().map(|one| one.at(place.clone(), "").help(help.clone())).collect();
+        if matches!(error, AnalysisError::NoCommonSolution) {
+            for (place, help) in self.reaction_takers().into_iter().chain(self.signal_takers()) {
+                general.diagnostics =
+                    general.diagnostics.into_iter().map(|one| one.at(place.clone(), "").help(help.clone())).collect();
+            }
         }
         let error = IntegrateError::System { t, cause: Box::new(error) };
         let fault = self.element_fault(&error).or_else(|| self.particle_fault(&error));
@@ -281,6 +284,37 @@ impl Session {
             first.name.span.clone(),
             format!(
                 "what depends on reactions: {}; look whether the friction is meant to be so large",
+                names.join(", ")
+            ),
+        ))
+    }
+
+    /// Elements that take accelerations and reactions as signals: where the first of these stands, and all of them.
+    fn signal_takers(&self) -> Option<(Range<usize>, String)> {
+        let mut taken = Vec::new();
+        for element in &self.model.elements {
+            let Some(record) = self.scene.elements.iter().find(|record| record.name.value == element.name) else {
+                continue;
+            };
+            for (source, input) in element.inputs.iter().zip(&element.class.inputs) {
+                let solved = source.quantity().is_some_and(|quantity| needs_solver(quantity, &self.model));
+                let given = record.inputs.iter().find(|given| given.name.value == input.name).filter(|_| solved);
+                let Some(given) = given else { continue };
+                let (InputSource::Reference(signal)
+                | InputSource::Scaled { signal: Spanned { value: signal, .. }, .. }) = &given.source.value
+                else {
+                    continue;
+                };
+                taken.push((given.source.span.clone(), format!("`{}` takes `{signal}`", element.name)));
+            }
+        }
+        let (first, _) = taken.first()?;
+        let names: Vec<&str> = taken.iter().take(MOST_NAMED).map(|(_, text)| text.as_str()).collect();
+        Some((
+            first.clone(),
+            format!(
+                "signals made of accelerations or reactions of the same instant: {}; what follows them may not cancel the inertia that \
+                 it moves: change a gain, or put a `sensor` with a time constant between",
                 names.join(", ")
             ),
         ))
