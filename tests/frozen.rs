@@ -563,3 +563,36 @@ angular_velocity = [0, 15, 0]
         assert!((largest - expected).abs() < 1e-7 * expected, "{v}: {largest} {expected}");
     }
 }
+
+/// A ball a micrometre above the ground: it strikes before any later instant that its model could be compared with.
+#[test]
+fn what_could_not_be_compared_is_said_to_be_unknown() {
+    let text = r#"
+[plugins]
+libraries = ["joints"]
+[simulation]
+gravity = [0, 0, -9.81]
+t_end = 1
+output_step = 0.1
+[[body]]
+name = "ball"
+mass = 1
+inertia = [0.1, 0.1, 0.1]
+position = [0, 0, 1.000001]
+velocity = [0, 0, -1]
+[[joint]]
+name = "floor"
+type = "plane-contact"
+bodies = ["ground", "ball"]
+points = [[0, 0, 0], [0, 0, 0.000001]]
+axis = [0, 0, 1]
+"#;
+    let scratch = Scratch::new();
+    let path = scratch.file("scene.toml", text);
+    let open = || Session::open(&path, &options(&[], &[])).unwrap_or_else(|error| panic!("{error}"));
+    let (session, instant) = (open(), open().prepare().unwrap().start().unwrap().instant().unwrap());
+    let linear = Linear::at(&session, &instant, None, None).unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(Modes::of(&session, &linear).unwrap().stability, Stability::Frozen);
+    let said = |words: &str| linear.notes.iter().any(|note| note.contains(words));
+    assert!(said("is not known: no later instant could be compared") && !said("inf while"), "{:?}", linear.notes);
+}

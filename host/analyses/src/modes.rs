@@ -37,8 +37,8 @@ pub enum Stability {
     Held,
     /// No degree of freedom and no state is left: nothing can move, and nothing be stable or not.
     Immobile,
-    /// The linear model changes along the motion that it is of, as that of a pendulum on a shaft that turns does in axes of the ground:
-    /// the eigenvalues of an instant say nothing about what grows.
+    /// The linear model changes along the motion that it is of, as that of a pendulum on a shaft that turns does in axes of the ground,
+    /// or no later instant could be compared: the eigenvalues of an instant say nothing about what grows.
     Frozen,
 }
 
@@ -53,7 +53,8 @@ impl Stability {
             Self::Held => "held: it rests here and in places next to this, and all modes decay",
             Self::Immobile => "no degree of freedom: it cannot move, so there is nothing to be stable or unstable",
             Self::Frozen => {
-                "frozen: coefficients change along the motion, and eigenvalues of an instant do not say what grows"
+                "frozen: coefficients change along the motion, or are not known to stay the same, and eigenvalues of an instant do not say \
+                 what grows"
             }
             Self::Undecided => {
                 "not decided: no mode grows beyond round-off, some are zero or may grow (neutral directions, or within round-off)"

@@ -33,6 +33,12 @@ impl Linear {
         self.notes.extend(in_ground_axes);
         if !self.at_rest && self.unsteadiness == 0.0 {
             self.notes.push("the coefficients stay the same along the motion, in axes of the ground".into());
+        } else if self.unsteadiness.is_infinite() {
+            self.notes.push(
+                "whether the coefficients change along the motion is not known: no later instant could be compared (a run from here \
+                 does not get there in the steps that it may take, or contacts switch before); they are those of this instant"
+                    .into(),
+            );
         } else if self.unsteadiness > 0.0 {
             self.notes.push(format!(
                 "the coefficients change along the motion, by up to {:.1e} while a mode turns by a radian; they are those of this instant",
