@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use element_api::fence::is_panic;
-use odyn_diagnostics::{Code, Diagnostic, codes};
+use odyn_diagnostics::{Code, Diagnostic, codes, containing};
 
 /// The code of a fault of a library: it panicked, its process ended, or it gave something unusable.
 #[must_use]
@@ -358,8 +358,14 @@ impl CatalogError {
                         path.display()
                     )];
                 }
+                let short = name.rsplit('/').next().unwrap_or_default();
+                let parts = containing(short, known.iter().map(String::as_str));
                 match nearest {
                     Some(nearest) => vec![format!("did you mean `{nearest}`?")],
+                    None if !parts.is_empty() => {
+                        let parts: Vec<String> = parts.iter().map(|name| format!("`{name}`")).collect();
+                        vec![format!("did you mean {}?", parts.join(" or "))]
+                    }
                     None if known.is_empty() => {
                         vec![
                             "no library is loaded: write those of its elements under `[plugins]`; the standard ones are \

@@ -118,6 +118,8 @@ fn an_unknown_name_comes_with_the_most_similar_one() {
     let catalog = two_libraries();
     let error = catalog.find("point-in-plain", None).expect_err("mistyped");
     assert_eq!((error.code(), error.help()), (codes::UNKNOWN_TYPE, vec!["did you mean `point-in-plane`?".to_string()]));
+    let error = catalog.find("in-plane", None).expect_err("a part of a name");
+    assert_eq!(error.help(), ["did you mean `point-in-plane`?"]);
     let error = catalog.find("gearbox", Some(Kind::Force)).expect_err("unknown");
     assert_eq!(error.help(), ["known types: pull"]);
     assert!(catalog.find("c/pull", None).is_err());

@@ -31,7 +31,7 @@ pub use exit::Exit;
 pub use render::{render, summary};
 pub use shown::{counted, shown, shown_on_one_line};
 pub use source::{Location, Source, line_column};
-pub use suggest::{help_for, suggest};
+pub use suggest::{containing, help_for, suggest};
 
 use std::ops::Range;
 

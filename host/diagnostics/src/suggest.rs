@@ -21,6 +21,20 @@ pub fn suggest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) ->
     best.map(|(_, candidate)| candidate.to_owned())
 }
 
+/// The candidates that have a word among their parts between `-` and `_`, or several of these in a row: `spring-damper` is in
+/// `translational-spring-damper`. At least three characters of it.
+pub fn containing<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Vec<String> {
+    let parts = |text: &str| -> Vec<String> {
+        text.split(['-', '_']).filter(|part| !part.is_empty()).map(str::to_lowercase).collect()
+    };
+    let wanted = parts(word);
+    if wanted.iter().map(String::len).sum::<usize>() < 3 {
+        return Vec::new();
+    }
+    let has = |candidate: &&str| parts(candidate).windows(wanted.len()).any(|some| some == wanted);
+    candidates.into_iter().filter(has).map(str::to_owned).collect()
+}
+
 /// Advice on an unknown word: the nearest candidate, or the whole list if it is short.
 ///
 /// `what` names the candidates in the plural, for example `"keys"`.

@@ -158,6 +158,17 @@ fn suggestions_find_typing_errors_only() {
 }
 
 #[test]
+fn words_are_found_in_longer_names_whole() {
+    let words = ["rotational-spring-damper", "translational-spring-damper", "spring_stop", "springy-damper"];
+    assert_eq!(containing("spring-damper", words), words[..2]);
+    assert_eq!(containing("Spring_Damper", words), words[..2]);
+    assert_eq!(containing("spring", words), words[..3]);
+    for word in ["damper-spring", "pring", "", "-", "of"] {
+        assert_eq!(containing(word, words), [""; 0], "{word}");
+    }
+}
+
+#[test]
 fn help_lists_short_sets_of_words() {
     assert_eq!(help_for("zzz", &["at", "peak"], "words").as_deref(), Some("known words: `at`, `peak`"));
     assert_eq!(help_for("peek", &["at", "peak"], "words").as_deref(), Some("did you mean `peak`?"));

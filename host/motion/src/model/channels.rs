@@ -356,6 +356,21 @@ impl Words<'_> {
         if let Some(index) = self.elements.find(&of.value, kind) {
             return Ok((index, &instances[index]));
         }
+        if let Some(other) = instances.iter().find(|instance| instance.name == of.value) {
+            let found = other.class.kind;
+            let (article, help) = match found {
+                Kind::Joint => {
+                    ("a joint", "its loads are `reaction_force` and `reaction_torque`, where it stands is `coordinate`")
+                }
+                Kind::Force => ("a force", "its loads are `force` and `torque`"),
+                Kind::Control => ("a control element", "its signals are `value`"),
+            };
+            let message = format!("`{}` is {article}, of which there is no `{}`", of.value, record.quantity.value);
+            let place = format!("not a {}", kind.word());
+            return Err(Box::new(
+                Diagnostic::error(codes::UNKNOWN_TARGET, message).at(of.span.clone(), place).help(help),
+            ));
+        }
         let names: Vec<&str> = instances.iter().filter(|e| e.class.kind == kind).map(|e| e.name.as_str()).collect();
         let message = format!("there is no {} `{}`", kind.word(), of.value);
         Err(unknown_word(codes::UNKNOWN_TARGET, &message, of, &names))

@@ -116,6 +116,21 @@ fn words_that_mean_nothing_are_refused_where_they_stand() {
 }
 
 #[test]
+fn of_an_element_of_another_kind_the_right_words_are_named() {
+    let help = |keys: &str| {
+        let text = format!("[[output]]\nname = \"o\"\n{}\n", keys.replace("; ", "\n"));
+        let found = resolved(&scene(&text)).err().unwrap();
+        format!("{}: {}", found[0].message, found[0].help.join("; "))
+    };
+    assert_eq!(
+        help("quantity = \"reaction_force\"; of = \"strut\"; component = \"x\""),
+        "`strut` is a force, of which there is no `reaction_force`: its loads are `force` and `torque`"
+    );
+    let of_joint = help("quantity = \"torque\"; of = \"hinge\"; component = \"x\"");
+    assert!(of_joint.contains("is a joint") && of_joint.contains("`reaction_torque`"), "{of_joint}");
+}
+
+#[test]
 fn a_body_that_an_element_does_not_touch_bears_no_load_of_it() {
     let outputs = "[[body]]\nname = \"far\"\nmass = 1\ninertia = [1, 1, 1]\n\
                    [[output]]\nname = \"o\"\nquantity = \"force\"\nof = \"strut\"\ncomponent = \"x\"\non = \"far\"\n";
