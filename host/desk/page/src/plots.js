@@ -8,6 +8,9 @@ import { color, el, tick } from "./dom.js";
 const MOST_CURVES = 8;
 const HEIGHT = 260;
 const LETTERS = "12px system-ui, sans-serif";
+const LABELS = 13;
+const ABOVE = 20;
+const BELOW = { label: 22, values: 40 };
 
 /** Draws all channels; gives the charts. */
 export function plots(place, runs, clock, signal) {
@@ -111,7 +114,7 @@ function chart(hosts, group, runs, clock, differences, events) {
     grid: { stroke: color("--grid"), width: 1 },
     ticks: { stroke: color("--grid"), width: 1 },
     font: LETTERS,
-    labelFont: "13px system-ui, sans-serif",
+    labelFont: labels(LABELS),
     values: (_, ticks, which, space, step) => {
       const { labels, note } = ticked(ticks, step);
       notes[which] = note;
@@ -124,10 +127,10 @@ function chart(hosts, group, runs, clock, differences, events) {
     scales: { x: { time: false } },
     cursor: { sync: { key: "odyn", setSeries: false }, drag: { x: true, y: false }, points: { size: 7 } },
     legend: { live: true },
-    padding: [20, null, null, null],
+    padding: [ABOVE, null, null, null],
     axes: [
-      { ...axis, label: `${runs[0].over} [${runs[0].timeUnit}]`, labelSize: 22, size: 40 },
-      { ...axis, label, labelSize: 22, size: (u, labels) => Math.max(70, 20 + widest(u.ctx, labels ?? [])) },
+      { ...axis, label: `${runs[0].over} [${runs[0].timeUnit}]`, labelSize: BELOW.label, size: BELOW.values },
+      { ...axis, label, labelFont: fitting(label), labelSize: 22, size: (u, labels) => Math.max(70, 20 + widest(u.ctx, labels ?? [])) },
     ],
     series: [{ label: runs[0].over === "time" ? "t" : runs[0].over, value: (_, x) => short(x) }, ...series],
     hooks: {
@@ -161,6 +164,17 @@ function lines(u, times) {
   }
   u.ctx.stroke();
   u.ctx.restore();
+}
+
+const labels = (size) => `${size}px system-ui, sans-serif`;
+
+/** The letters in which a label beside the curves, about the middle of their height, does not reach beyond the chart. */
+function fitting(label) {
+  const middle = ABOVE + (HEIGHT - ABOVE - BELOW.label - BELOW.values) / 2;
+  const ctx = document.createElement("canvas").getContext("2d");
+  ctx.font = labels(LABELS);
+  const share = (2 * middle - 4) / ctx.measureText(label).width;
+  return labels(Math.floor(LABELS * Math.min(1, share)));
 }
 
 /** The width of the widest of some labels, in pixels of the page. */

@@ -108,6 +108,20 @@ async function compressor() {
   const [one, two] = [await shot(0), await shot(5)];
   assert.ok(one.length > 5000 && !one.equals(two), "the mechanism is drawn and moves");
 
+  // Labels beside the curves end within their charts.
+  const cut = await page.evaluate(() =>
+    window.odyn.charts
+      .filter(({ ctx, bbox, axes: [, { label, labelFont }] }) => {
+        ctx.save();
+        ctx.font = [labelFont].flat()[0];
+        const { width } = ctx.measureText(label);
+        ctx.restore();
+        return width > 2 * bbox.top + bbox.height;
+      })
+      .map((chart) => chart.axes[1].label),
+  );
+  assert.deepEqual(cut, []);
+
   // One cursor for everything.
   const over = page.locator(".u-over").first();
   await over.scrollIntoViewIfNeeded();
