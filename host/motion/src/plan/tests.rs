@@ -224,6 +224,32 @@ fn bodies_follow_the_time_where_six_rows_hold_them() {
     assert_eq!(copies(&(pin + &drive + &friction)), [2, 2, 1, 1]);
 }
 
+/// A strut between two tables that follow the time makes one of them: what stands on either has copies of both.
+#[test]
+fn what_joins_bodies_that_follow_the_time_belongs_to_all_of_them() {
+    let at = [0.0; 3];
+    let table = |name: &str, k: usize| {
+        element("joint", &format!("pin{k}"), "hinge", ["ground", name], at)
+            + &element("joint", &format!("motor{k}"), "drive", ["ground", name], at)
+            + "params.speed = 1\n"
+    };
+    let hung = |name: &str, on: &str| element("joint", &format!("on_{name}"), "hinge", [on, name], at);
+    let strut = |name: &str, i: &str, j: &str| {
+        format!(
+            "[[force]]\nname = \"{name}\"\ntype = \"strut\"\nbodies = [\"{i}\", \"{j}\"]\npoints = [[0, 0, 0], [1, 0, 0]]\n\
+             params = {{ stiffness = 1 }}\n"
+        )
+    };
+    let bodies =
+        ["one", "two", "three", "a", "b"].map(body).concat() + &table("one", 1) + &table("two", 2) + &table("three", 3);
+    let text = bodies + &hung("a", "one") + &hung("b", "one") + &strut("s", "one", "two") + &strut("t", "two", "three");
+    let topology = prepared(&text).plan.topology;
+    assert_eq!(topology.copies, [2, 2, 2, 1, 1]);
+    // The struts act on what follows the time: one island has them.
+    let elements: usize = topology.islands.iter().map(|island| island.elements.len()).sum();
+    assert_eq!(elements, 2 * 6 + 2 + 2);
+}
+
 #[test]
 fn every_joint_beyond_a_tree_closes_a_loop() {
     let at = [0.0; 3];

@@ -87,12 +87,10 @@ impl Topology {
         for nodes in model.channels.iter().filter_map(|channel| named(&channel.quantity, bodies)) {
             connect(&mut parent, &nodes);
         }
-        // What has no body of its own but leans on some that follow the time goes with them.
-        for (node, on) in &leaning {
-            if root(&mut parent, *node) >= bodies {
-                join(&mut parent, *node, *on);
-            }
-        }
+        // What has no body of its own but leans on some that follow the time goes with all of these.
+        let floating: Vec<(usize, usize)> =
+            leaning.iter().copied().filter(|(node, _)| root(&mut parent, *node) >= bodies).collect();
+        floating.into_iter().for_each(|(node, on)| join(&mut parent, node, on));
         // What touches no body, such as a signal that nobody takes, goes with the first one. The root of a group is the
         // smallest of its numbers: a body, if it has one.
         for element in bodies..parent.len() {
