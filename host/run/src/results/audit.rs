@@ -42,8 +42,8 @@ pub struct Audit {
     /// Part of it that elements turned into heat, J, as far as they report it; not negative. Where other work is done as well, the
     /// integral of the power at the ends of steps by polynomials.
     pub dissipated: f64,
-    /// Estimated error of that integral, J: the largest difference so far to the integral by polynomials of one degree less. Zero
-    /// where all work is heat, or none.
+    /// Estimated error of that integral, J: the largest difference so far to the integral by polynomials of one degree less, or twice that of
+    /// a single step, since over a kink of the power differences of steps balance each other. Zero where all work is heat, or none.
     pub dissipated_error: f64,
     /// Part of it that was lost in impacts, J.
     pub lost_in_impacts: f64,
@@ -81,6 +81,8 @@ struct SampleError {
 
 /// Powers whose polynomial gives the heat of a step.
 const STENCIL: usize = 5;
+/// Times the difference of a single step: see [`Audit::dissipated_error`].
+const DOUBTED: f64 = 2.0;
 /// Times as long as the step before that a step is only where that ended at a switch.
 const SUDDEN: f64 = 100.0;
 
@@ -95,7 +97,7 @@ struct Heat {
     begun: [f64; 2],
     /// By how much the integral differs from that of polynomials of one degree less, J.
     difference: f64,
-    /// The most that this was at full degree, J.
+    /// The most that this was at full degree, or twice the most of one step, J.
     most: f64,
 }
 
@@ -131,7 +133,7 @@ impl Heat {
         let before = if full { [0.0; 2] } else { std::mem::replace(&mut self.begun, found) };
         self.difference += found[1] - before[1];
         if full {
-            self.most = self.most.max(self.difference.abs());
+            self.most = self.most.max(self.difference.abs()).max(DOUBTED * found[1].abs());
         }
         found[0] - before[0]
     }
