@@ -367,7 +367,7 @@ fn positions_that_are_a_little_off_are_a_warning() {
 /// Frames with axes alone are turned about these in some way: where that turns bodies, the warning names the key.
 #[test]
 fn x_axes_that_are_left_out_are_named_where_they_turn_bodies() {
-    let joint = "type = \"constant-velocity\"\nbodies = [\"ground\", \"rod\"]\npoint = [0, 0, 0]\naxes = [[0, 0, 1], [0.36, 0.48, 0.8]]";
+    let joint = "type = \"constant-velocity\"\nbodies = [\"ground\", \"rod\"]\npoint = [0, 0, 0]\naxes = [[0, 0, 1], [3, 4, 12]]";
     let text = SOUND
         .replace("type = \"revolute\"\nbodies = [\"ground\", \"rod\"]\npoint = [0, 0, 0]\naxis = [0, 0, 1]", joint)
         .replace(
@@ -383,7 +383,7 @@ fn x_axes_that_are_left_out_are_named_where_they_turn_bodies() {
     assert_eq!(found.iter().map(|warning| warning.code).collect::<Vec<_>>(), [codes::ASSEMBLY_JUMP]);
     assert!(found[0].help.iter().any(|help| help.starts_with("`pivot` has `axes` without `x_axes`")), "{found:?}");
     // The second frame is the first one, turned about an axis across both shafts.
-    let fitting = text.replace("0.48, 0.8]]", "0.48, 0.8]]\nx_axes = [[1, 0, 0], [0.928, -0.096, -0.36]]");
+    let fitting = text.replace("4, 12]]", "4, 12]]\nx_axes = [[1, 0, 0], [12.64, -0.48, -3]]");
     assert!(warnings_of(&fitting).is_empty());
 }
 
