@@ -6,7 +6,7 @@ use nalgebra::DMatrix;
 
 use super::decide::Probe;
 use super::layout::Layout;
-use super::topology::of_time_alone;
+use super::topology::{follows_time, of_time_alone};
 use crate::model::{Axes, Instance, MAGNITUDE, Model, Quantity};
 
 /// Least ratio of singular values of the rows that hold a body, each of unit length: far from where a drive has no hold on it.
@@ -114,11 +114,6 @@ fn holds(element: &Instance, of_time: &[bool]) -> bool {
                 | Role::Dissipation
         )
     };
-    let follows_time = |quantity: &Quantity| match quantity {
-        Quantity::Given { .. } => true,
-        Quantity::Value { element, .. } => of_time[*element],
-        _ => false,
-    };
     element.class.kind == Kind::Joint
         && !element.class.opaque
         && !element.rows.is_empty()
@@ -127,7 +122,7 @@ fn holds(element: &Instance, of_time: &[bool]) -> bool {
         && element.release.is_none()
         && element.joints.is_empty()
         && element.recording.outputs.iter().all(|output| plain(&output.role))
-        && element.signals().all(follows_time)
+        && element.signals().all(|signal| follows_time(signal, of_time))
         && bodies_of(element).next().is_some()
 }
 

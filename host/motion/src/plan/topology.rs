@@ -71,10 +71,8 @@ impl Topology {
             nodes.extend(element.joints.iter().map(|joint| bodies + joint));
             for quantity in element.signals() {
                 // What comes from outside connects nothing, and anybody may compute what follows time.
-                match quantity {
-                    Quantity::Given { .. } => continue,
-                    Quantity::Value { element, .. } if of_time[*element] => continue,
-                    _ => {}
+                if follows_time(quantity, &of_time) {
+                    continue;
                 }
                 match named(quantity, bodies) {
                     Some(named) => nodes.extend(named),
@@ -184,11 +182,7 @@ pub(super) fn of_time_alone(model: &Model) -> Vec<bool> {
     let mut found = vec![false; model.elements.len()];
     loop {
         let is_new = |index: &usize| {
-            let of_time = |quantity: &Quantity| match quantity {
-                Quantity::Given { .. } => true,
-                Quantity::Value { element, .. } => found[*element],
-                _ => false,
-            };
+            let of_time = |quantity: &Quantity| follows_time(quantity, &found);
             by_itself[*index] && !found[*index] && model.elements[*index].signals().all(of_time)
         };
         let new: Vec<usize> = (0..found.len()).filter(is_new).collect();
@@ -196,6 +190,15 @@ pub(super) fn of_time_alone(model: &Model) -> Vec<bool> {
             return found;
         }
         new.into_iter().for_each(|index| found[index] = true);
+    }
+}
+
+/// Whether a signal follows time alone, where elements do that are marked, or comes from outside.
+pub(super) fn follows_time(quantity: &Quantity, of_time: &[bool]) -> bool {
+    match quantity {
+        Quantity::Given { .. } => true,
+        Quantity::Value { element, .. } => of_time[*element],
+        _ => false,
     }
 }
 

@@ -165,8 +165,7 @@ impl Meeting {
         let sticking = self.grips.iter().filter(|grip| pattern.sticking.contains(&grip.number));
         rows.extend(sticking.flat_map(|grip| grip.rows.iter().copied()));
         rows.extend(self.beginning(pattern, speed).flat_map(|grip| grip.rows.iter().copied()));
-        let slides = |grip: &&Grip| pattern.sliding.iter().any(|(number, _)| *number == grip.number);
-        let sliding = self.grips.iter().filter(slides).filter_map(|grip| {
+        let sliding = self.sliding(pattern).filter_map(|grip| {
             let contact = grip.contact.filter(|contact| pattern.closed.contains(contact))?;
             Some((grip, contact, self.moving(grip, speed)?))
         });
@@ -189,9 +188,11 @@ impl Meeting {
     /// Frictions in a plane that begin to slide from rest. Friction turns what is across its direction about as fast as it is slow: next to
     /// rest no step follows that.
     fn beginning(&self, pattern: &Pattern, speed: f64) -> impl Iterator<Item = &Grip> {
-        let slides = |grip: &&Grip| pattern.sliding.iter().any(|(number, _)| *number == grip.number);
-        let begins = move |grip: &&Grip| grip.rows.len() > 1 && self.moving(grip, speed).is_none();
-        self.grips.iter().filter(slides).filter(begins)
+        self.sliding(pattern).filter(move |grip| grip.rows.len() > 1 && self.moving(grip, speed).is_none())
+    }
+
+    fn sliding(&self, pattern: &Pattern) -> impl Iterator<Item = &Grip> {
+        self.grips.iter().filter(|grip| pattern.sliding.iter().any(|(number, _)| *number == grip.number))
     }
 
     /// A friction that is taken to be at rest although it moves: ending its motion, which is no more than an error by itself, would change the
