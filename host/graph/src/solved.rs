@@ -4,7 +4,7 @@
 use rustc_hash::FxHashMap;
 
 use super::derivative::{Below, Seeds, derivatives, derivatives_along_each};
-use super::graph::{Graph, Node};
+use super::graph::{Expr, Graph, Node};
 
 /// Newton steps that are written into the graph. They start at values that an integrator carries along, which are off by its error
 /// in a step; two of them leave the fourth power of that.
@@ -44,13 +44,23 @@ impl Graph {
             }
             let change = solution(self, &matrix, &values);
             for (unknown, change) in unknowns.iter_mut().zip(change) {
-                *unknown = self.sub(*unknown, change);
+                *unknown = self.less(*unknown, change);
             }
         }
         let values = conditions(self, &unknowns);
         let matrix = slopes(self, &values, &unknowns);
         self.solved.push(Solved { slot, unknowns, conditions: values, matrix, at_carried });
         &self.solved[self.solved.len() - 1].unknowns
+    }
+
+    /// a - b as a node that the negation of it refers to. That of a difference is the difference the other way round, which does not
+    /// depend on this node: derivatives along it would not know it.
+    fn less(&mut self, a: Node, b: Node) -> Node {
+        let negative = self.neg(b);
+        match self.expr(negative) {
+            Expr::Neg(_) => self.intern(Expr::Add(a.min(negative), a.max(negative))),
+            _ => self.add(a, negative),
+        }
     }
 
     /// The unknown whose value is carried at a slot.

@@ -62,6 +62,56 @@ fn first_and_second_derivatives_are_those_of_the_implicit_function() {
     }
 }
 
+/// Whatever operations have an unknown as their operand depend on it, also where they are made simpler.
+#[test]
+fn what_has_an_unknown_of_either_sign_has_the_same_derivatives() {
+    // e^(-y) + y = x, with e^(-y) in two ways.
+    let solve = |by_negation: bool| {
+        let mut graph = Graph::default();
+        let x = graph.input(0);
+        let power = |g: &mut Graph, y: Node| match by_negation {
+            true => {
+                let minus = g.neg(y);
+                g.exp(minus)
+            }
+            false => {
+                let (one, power) = (g.constant(1.0), g.exp(y));
+                g.div(one, power)
+            }
+        };
+        let unknown = graph.solve(1, 1, |g, y| {
+            let power = power(g, y[0]);
+            let sum = g.add(power, y[0]);
+            vec![g.sub(sum, x)]
+        })[0];
+        let value = power(&mut graph, unknown);
+        let one = graph.constant(1.0);
+        let seeds = Seeds::from_iter([(x, one)]);
+        let mut nodes = vec![unknown, value];
+        nodes.extend(graph.solved[0].matrix.clone());
+        nodes.extend(derivatives(&mut graph, &[unknown, value], &seeds));
+        let first = nodes[3..].to_vec();
+        nodes.extend(derivatives(&mut graph, &first, &seeds));
+        (graph, nodes)
+    };
+    let (negated, divided) = (solve(true), solve(false));
+    let (x, y) = (1.2 + (-1.2_f64).exp(), 1.2);
+    // Two steps leave the fourth power of what the carried value is off by.
+    for off in [0.0, 1e-3] {
+        let [found, others] = [&negated, &divided].map(|(graph, nodes)| values(graph, nodes, &[x, y + off]));
+        for (k, (found, other)) in found.iter().zip(&others).enumerate() {
+            assert!((found - other).abs() < 1e-12, "{k}: {found} and {other}");
+        }
+    }
+    let slope = 1.0 / (1.0 - (-y).exp());
+    let found = values(&negated.0, &negated.1, &[x, y]);
+    let bend = -(-y).exp() * slope.powi(3);
+    let known = [y, (-y).exp(), 1.0 / slope, slope, -(-y).exp() * slope, bend];
+    for (found, known) in found.iter().zip(known) {
+        assert!((found - known).abs() < 1e-12, "{found} is not {known}");
+    }
+}
+
 #[test]
 fn eight_unknowns_are_solved_by_determinants() {
     let mut random = Random(7);
