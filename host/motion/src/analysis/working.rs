@@ -26,7 +26,7 @@ use super::newton::{ROUND_OFF, project_plainly};
 use super::passage::{self, Way};
 use crate::linalg::{Clusters, DenseQr, Health, KktSolver, LinalgError, SparseLdl};
 use crate::model::Model;
-use crate::plan::{Coordinates, Layout, Plan, body_scales};
+use crate::plan::{ACCURATE_REFINED, Coordinates, Layout, Plan, body_scales};
 use crate::program::{Equations, Graph, Node, Row};
 
 /// Numbers per body in the state: r (3), p (4), v (3), omega' (3).
@@ -38,8 +38,6 @@ pub const BODY_STATES: usize = 13;
 pub(super) const SICK_SHARE: f64 = 9e-4;
 /// Pivot ratio, in the metric of the masses, from which elimination keeps enough digits: it loses as many as this has.
 pub(super) const ACCURATE: f64 = 1e-5;
-/// The same where solutions are refined once.
-const ACCURATE_REFINED: f64 = 1e-10;
 /// Rank tolerance of the rank-safe engine during the motion; tighter than at planning, so that rows are given up only
 /// where they really vanish.
 pub(super) const MOTION_RANK_TOLERANCE: f64 = 1e-11;

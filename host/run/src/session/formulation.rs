@@ -43,6 +43,8 @@ struct Predicted {
     bodies: usize,
     /// Whether no rows close the tree.
     open: bool,
+    /// Beyond which nothing is written down as one program.
+    largest: usize,
 }
 
 impl Session {
@@ -85,7 +87,7 @@ impl Session {
             return Ok(None);
         }
         let Some(tree) = JointPlan::tree(&self.equations, &self.model, &self.assembly) else { return Ok(None) };
-        let Predicted { joint, bodies, open } = self.predicted(&tree);
+        let Predicted { joint, bodies, open, .. } = self.predicted(&tree);
         if open || joint > bodies || joint > LARGEST_TREE {
             return Ok(None);
         }
@@ -125,9 +127,9 @@ impl Session {
         if name == "joint" {
             return Ok((Some(tree), "asked for".into()));
         }
-        let Predicted { joint, bodies, open } = self.predicted(&tree);
+        let Predicted { joint, bodies, open, largest } = self.predicted(&tree);
         let joint = joint + if open { 0 } else { self.waiting(&tree) };
-        if joint <= bodies.min(if open { LARGEST_TREE } else { LARGEST_PROGRAM }) {
+        if joint <= bodies.min(largest) {
             let why = format!("about {joint} operations per evaluation predicted, {bodies} in coordinates of bodies");
             return Ok((Some(tree), why));
         }
@@ -138,10 +140,14 @@ impl Session {
     fn predicted(&self, tree: &SpanningTree) -> Predicted {
         let open = tree.closes_no_loop(&self.plan.layout);
         let coupled = self.equations.coupling.len();
-        let bodies = (CARTESIAN_BODY + COUPLED * coupled) * self.model.bodies.len();
+        // Where elimination is not trusted with the rows, all of them are factored as a dense matrix, at every evaluation.
+        let dense = self.plan.always_rank_safe.is_some();
+        let factored = if dense { self.plan.layout.velocities() * self.plan.rows.len().pow(2) } else { 0 };
+        let bodies = (CARTESIAN_BODY + COUPLED * coupled) * self.model.bodies.len() + factored;
         let of_joints = if self.equations.is_coupling_inertia(&self.plan.layout) { 0 } else { coupled };
         let joint = predicted(tree, self.model.bodies.len(), open) + COUPLED * of_joints * self.model.bodies.len();
-        Predicted { joint, bodies, open }
+        let largest = if open || factored > LARGEST_TREE { LARGEST_TREE } else { LARGEST_PROGRAM };
+        Predicted { joint, bodies, open, largest }
     }
 
     /// Operations that the elimination of rows takes which wait for one coordinate: those of all loops that run through it go behind
