@@ -566,3 +566,91 @@ fn steps_that_do_not_get_shorter_with_their_size_are_made_much_smaller() {
         rest(&session(&root().join(format!("tests/regressions/statics/{name}.toml")), &[]));
     }
 }
+
+/// A block of 2 kg on a spring along a guide, with a control element that has states.
+fn controlled(gravity: f64, stiffness: f64, more: &str) -> String {
+    format!(
+        r#"
+[plugins]
+libraries = ["joints", "forces", "controls"]
+[simulation]
+gravity = [{gravity}, 0, 0]
+t_end = 1
+output_step = 0.1
+[[body]]
+name = "block"
+mass = 2
+inertia = [0.1, 0.1, 0.1]
+position = [0.1, 0, 0]
+[[joint]]
+name = "guide"
+type = "translational"
+bodies = ["ground", "block"]
+point = [0, 0, 0]
+axis = [1, 0, 0]
+[[force]]
+name = "spring"
+type = "translational-spring-damper"
+bodies = ["ground", "block"]
+frames = [{{ position = [-1, 0, 0] }}, {{ position = [0, 0, 0] }}]
+params = {{ stiffness = {stiffness}, damping = 1, free_length = 1 }}
+[[output]]
+name = "x"
+quantity = "position"
+of = "block"
+component = "x"
+{more}
+"#
+    )
+}
+
+/// The second state of a filter is a rate, which is zero there: nothing but the noise of the first says how well it is met.
+#[test]
+fn states_that_are_zero_at_rest_are_found() {
+    let filter = r#"
+[[control]]
+name = "filter"
+type = "transfer-function"
+inputs = { input = "x" }
+params = { numerator = [1], denominator = [0.01, 0.14, 1] }
+"#;
+    for sets in [&[][..], &["simulation.start=equilibrium"]] {
+        let found = rest(&of_text(&controlled(1.0, 50.0, filter), sets));
+        assert!((found.outputs[0].value - 0.04).abs() < 1e-13, "{:?}", found.outputs);
+    }
+}
+
+/// The derivative of a controller pushes against all that moves until its filter has followed: a step with the filter behind it goes downhill,
+/// though loads turn against it.
+#[test]
+fn what_states_hold_back_moves_with_them() {
+    let push = |kp: f64, kd: f64, filter: f64| {
+        format!(
+            r#"
+[[force]]
+name = "push"
+type = "vector-force"
+bodies = ["ground", "block"]
+point = [0, 0, 0]
+axis = [0, 0, 1]
+x_axis = [1, 0, 0]
+inputs = {{ x = {{ signal = "pid.output", gain = "1 N" }} }}
+[[control]]
+name = "pid"
+type = "pid"
+inputs = {{ set_point = 0.0, measured = "x" }}
+params = {{ kp = {kp}, ki = 0.0, kd = {kd}, filter_time = {filter} }}
+"#
+        )
+    };
+    for (gravity, stiffness, kp, kd, filter) in [
+        (3.98, 1.79, 0.53, 1.5, 0.0139),
+        (-1.0, 1.79, 0.53, 1.5, 0.0139),
+        (9.81, 50.0, 20.0, 40.0, 1e-4),
+        (9.81, 1e4, -20.0, 1.0, 1.0),
+    ] {
+        let session = of_text(&controlled(gravity, stiffness, &push(kp, kd, filter)), &[]);
+        let (x, known) = (rest(&session).outputs[0].value, 2.0 * gravity / (stiffness + kp));
+        assert!((x - known).abs() < 1e-11 * known.abs(), "{x} is not {known}");
+    }
+}

@@ -42,14 +42,21 @@ impl Search<'_> {
         let state = |k: usize| inputs[self.layout.state_slot() + self.local.states()[k]];
         let (by_states, by_places) =
             (e.slope(Function::States, Direction::States), e.slope(Function::States, Direction::Positions));
+        let terms = |k: usize, of: &dyn Fn(usize) -> f64| -> f64 {
+            (0..by_states.ncols()).map(|j| by_states[(k, j)].abs() * of(j)).sum()
+        };
+        // What states are like that its own rate weighs it against: one that is zero at rest (the rate in a filter of second order) is made
+        // of the noise of others.
+        let like = |j: usize| {
+            let weight = terms(j, &|_| 1.0);
+            if weight > 0.0 { terms(j, &|k| state(k).abs()) / weight } else { 0.0 }
+        };
+        let sizes: Vec<f64> = (0..by_states.ncols()).map(|j| state(j).abs() + like(j)).collect();
         let mut states = 0.0_f64;
-        for (k, rate) in look.rates.iter().enumerate() {
-            let terms: f64 = (0..by_states.ncols()).map(|j| (by_states[(k, j)] * state(j)).abs()).sum();
+        for (k, rate) in look.rates.iter().enumerate().filter(|(_, rate)| **rate != 0.0) {
             let places: f64 = (0..by_places.ncols()).map(|j| (by_places[(k, j)] * e.scales[j]).abs()).sum();
-            if *rate != 0.0 {
-                states =
-                    states.max(rate.abs() / (LOADS * terms.max(fastest[k]) + PLACES * self.length * places + NOTHING));
-            }
+            let sizes = terms(k, &|j| sizes[j]).max(fastest[k]);
+            states = states.max(rate.abs() / (LOADS * sizes + PLACES * self.length * places + NOTHING));
         }
         if balance.is_nan() || states.is_nan() {
             return Err("loads have no finite value on the way".into());

@@ -434,9 +434,10 @@ impl<'s> Search<'s> {
                 continue;
             }
             let mut next = inputs.to_vec();
-            self.go(&mut next, &step);
             let states = self.local.states().iter().enumerate();
             states.for_each(|(k, state)| next[self.layout.state_slot() + state] += found[q + k]);
+            let mut from = next.clone();
+            self.go(&mut next, &step);
             let after = self.project(&mut next).and_then(|()| self.look(&mut next));
             let after = match after {
                 Ok(after) => after,
@@ -457,11 +458,17 @@ impl<'s> Search<'s> {
                 size /= GROWTH;
                 continue;
             }
-            // Work done on the way: what is left must not turn against the step by more than it pushed it.
-            let before = look.left.dot(&step);
-            let work = 0.5 * (before + after.left.dot(&step));
+            // Work done on the way: what is left must not turn against the step by more than it pushed it, be it that states follow it
+            // or that it follows them.
             let noise = 1e-9 * e.sizes.iter().zip(step.iter()).map(|(size, step)| (size * step).abs()).sum::<f64>();
-            if q > 0 && (work < -noise || before < -noise) {
+            let opposes = |left: &DVector<f64>| {
+                let before = left.dot(&step);
+                before < -noise || 0.5 * (before + after.left.dot(&step)) < -noise
+            };
+            if q > 0
+                && opposes(&look.left)
+                && (s == 0 || self.look(&mut from).map_or(true, |with_states| opposes(&with_states.left)))
+            {
                 why = "loads oppose every step, however short: they have no balance near".into();
                 size /= GROWTH;
                 continue;
