@@ -389,3 +389,52 @@ fn a_load_that_a_filter_has_still_to_bring_is_in_balance_where_it_has() {
     assert!((found.outputs[0].value - 0.3).abs() < 1e-12, "{:?}", found.outputs);
     assert_eq!(found.stability, Stability::Stable);
 }
+
+/// A ten-millionth of a metre, ten metres from the origin, and something that looks at where that is: velocities are made of round-off of the
+/// place, which no step resolves.
+#[test]
+fn what_moves_by_little_far_from_the_origin_costs_few_steps() {
+    let text = r#"
+[plugins]
+libraries = ["joints", "forces", "controls"]
+[simulation]
+t_end = 5
+output_step = 0.1
+[[body]]
+name = "block"
+mass = 2
+inertia = [0.1, 0.1, 0.1]
+position = [10.0000001, 0, 0]
+[[joint]]
+name = "guide"
+type = "translational"
+bodies = ["ground", "block"]
+point = [10, 0, 0]
+axis = [1, 0, 0]
+[[force]]
+name = "spring"
+type = "bushing"
+bodies = ["ground", "block"]
+frames = [{ position = [10, 0, 0] }, { position = [0, 0, 0] }]
+params = { stiffness = [50, 0, 0], rotational_stiffness = [0, 0, 0], damping = [1, 0, 0] }
+[[control]]
+name = "sensor"
+type = "sensor"
+inputs = { input = "x" }
+params = { time_constant = 0.1, initial = 10 }
+[[output]]
+name = "x"
+quantity = "position"
+of = "block"
+component = "x"
+"#;
+    let report = run(text, &[]);
+    // 97 000 before.
+    assert!(report.summary.steps < 10_000, "{}", report.summary.steps);
+    let (damping, turn) = (0.25, (25.0_f64 - 0.25 * 0.25).sqrt());
+    for (t, x) in report.times.iter().zip(column(&report, "x")) {
+        let swing = (turn * t).cos() + damping / turn * (turn * t).sin();
+        let off = (x - 10.0 - 1e-7 * (-damping * t).exp() * swing).abs();
+        assert!(off < 1e-14, "{off:e} at {t}");
+    }
+}

@@ -354,9 +354,10 @@ impl<'a> Simulation<'a> {
         &self.scales
     }
 
-    /// Takes speeds that move nothing in this duration, s, for round-off, and so their energies, of the lightest body. Where the state, at
-    /// the start `t`, is at rest, errors of velocities count as round-off by the forces that cancel in it ([`Floor::balance`]), and
-    /// errors of energies by what these do along round-off of positions.
+    /// Takes speeds that move nothing in this duration, s, for round-off, and so their energies, of the lightest body, and what noise of
+    /// accelerations makes of velocities within a step ([`Floor::measure`]). Where the state, at the start `t`, is at rest, errors of
+    /// velocities count as round-off by the forces that cancel in it ([`Floor::balance`]), and errors of energies by what these do along
+    /// round-off of positions.
     ///
     /// # Errors
     /// See [`AnalysisError`].
@@ -372,18 +373,17 @@ impl<'a> Simulation<'a> {
         let length = self.scales.length_scale();
         let is_slow = |scales: &Scales| scales.speed.max(scales.spin * length) <= NEAR_REST * slowest;
         let rests = is_slow(&self.scales);
-        if rests || self.touch.is_some() {
-            let traces = self.formulation.traces();
-            if rests || is_slow(&self.speeds_at(t, state)?) {
-                let whole = (duration, length);
-                load = self.floor.largest_load(equations, model, (t, state), whole, self.formulation.as_mut())?;
-            }
-            if rests {
-                // Where there is no answer, the first step will fail, too.
-                shaken = self.floor.shaken((t, state), self.formulation.as_mut()).unwrap_or(shaken);
-            }
-            self.formulation.forget_since(&traces);
+        let traces = self.formulation.traces();
+        if rests || self.touch.is_some() && is_slow(&self.speeds_at(t, state)?) {
+            let whole = (duration, length);
+            load = self.floor.largest_load(equations, model, (t, state), whole, self.formulation.as_mut())?;
         }
+        if rests {
+            // Where there is no answer, the first step will fail, too.
+            shaken = self.floor.shaken((t, state), self.formulation.as_mut()).unwrap_or(shaken);
+        }
+        self.floor.measure((t, state), (duration, self.scales.far), self.formulation.as_mut());
+        self.formulation.forget_since(&traces);
         if rests {
             self.floor.balance(load, shaken, model);
         }

@@ -1,4 +1,5 @@
-//! [`Floor`]: what of the states of elements is round-off, and what of the velocities of a scene at rest, or of one that time determines.
+//! [`Floor`]: what of the states of elements is round-off, and what of velocities: of a scene at rest, of one that time determines, and of
+//! one that moves by little where positions are large.
 //!
 //! The rate of a state is known to round-off of the sum F of the magnitudes of its terms. No step of size h makes the state better
 //! known than to `ROUND_OFF F h`, or to `ROUND_OFF F / w` where it forgets at the pace w what was longer ago. A state that is less
@@ -18,6 +19,15 @@ const ROUND_OFF: f64 = 1e-14;
 const ROUNDS: usize = 8;
 /// Times, after the start, at which loads on what rests are looked at.
 const TIMES: usize = 7;
+/// Weights of a fourth difference.
+const FOURTH: [f64; 5] = [1.0, -4.0, 6.0, -4.0, 1.0];
+/// Distance of the places that it is made of, as a share of the largest position, or in radians: thousands of units in the last place.
+const LINE: f64 = 1e-12;
+/// Errors of steps this many times what the noise of accelerations makes of velocities are round-off: error estimates add up several rates,
+/// and steps get shorter until the estimate is well below what is allowed.
+const NOISE: f64 = 64.0;
+/// Shares of the largest position, in the whole time of a run, that motions go by which are small beside its round-off.
+const LITTLE: f64 = 1e-4;
 /// Growth in a round from which on there is another.
 const GROWTH: f64 = 1.1;
 
@@ -36,6 +46,12 @@ pub(super) struct Floor {
     at_rest: [f64; 2],
     /// Round-off of velocities, m/s, and of angular ones, rad/s, that functions of time give.
     driven: [f64; 2],
+    /// Noise of accelerations, m/s^2, and of angular ones, rad/s^2, at the start ([`Floor::measure`]).
+    noise: [f64; 2],
+    /// A unit in the last place of positions, m, and of angles, rad.
+    unit: [f64; 2],
+    /// Up to which speed, m/s, these count.
+    slow: f64,
     /// What no error in it has to be below, per state, where that was asked for.
     errors: Vec<f64>,
     is_known: bool,
@@ -58,6 +74,9 @@ impl Floor {
             h: 0.0,
             at_rest: [0.0; 2],
             driven: [0.0; 2],
+            noise: [0.0; 2],
+            unit: [0.0; 2],
+            slow: 0.0,
             errors: vec![0.0; layout.states],
             is_known: true,
             inputs: Vec::with_capacity(RateSizes::inputs(layout)),
@@ -152,6 +171,47 @@ impl Floor {
         Ok(most.map(|rate| if rate.is_finite() { rate } else { 0.0 }))
     }
 
+    /// Measures the noise of accelerations at the start, `far` from the origin, m: what fourth differences of them are along a short line
+    /// of positions, of which nothing that is smooth is left (Hamming, Numerical Methods for Scientists and Engineers, 2nd ed. 1973, ch. 10;
+    /// More & Wild, "Estimating computational noise", SIAM J. Sci. Comput. 33 (2011) 1292). The line begins beside the start, where there
+    /// may be a kink. From here on [`Floor::of_speeds`] knows that, as long as the scene moves by little in a `duration`, s.
+    pub(super) fn measure(
+        &mut self,
+        (t, y): (f64, &[f64]),
+        (duration, far): (f64, f64),
+        formulation: &mut dyn Formulation,
+    ) {
+        let groups = formulation.groups().to_vec();
+        self.slow = LITTLE * far / duration;
+        self.unit = [f64::EPSILON * far, f64::EPSILON];
+        let mut draw = SplitMix64::new(1);
+        let line: Vec<f64> = groups
+            .iter()
+            .map(|group| match group {
+                Group::Position => LINE * far * draw.either_way(),
+                Group::Parameter => LINE * draw.either_way(),
+                _ => 0.0,
+            })
+            .collect();
+        let mut along = |way: f64| -> Option<[f64; 2]> {
+            let (mut rates, mut differences) = (vec![0.0; y.len()], vec![0.0; y.len()]);
+            for (k, weight) in FOURTH.iter().enumerate() {
+                let place = way * (k + 1) as f64;
+                let moved: Vec<f64> = y.iter().zip(&line).map(|(y, along)| y + place * along).collect();
+                formulation.rates(t, &moved, &mut rates).ok()?;
+                differences.iter_mut().zip(&rates).for_each(|(sum, rate)| *sum += weight * rate);
+            }
+            let most = |of: Group| {
+                let own = differences.iter().zip(&groups).filter(|(_, group)| **group == of);
+                own.fold(0.0_f64, |most, (difference, _)| most.max(difference.abs()))
+            };
+            Some([most(Group::Velocity), most(Group::AngularVelocity)])
+        };
+        // Where there is no answer, the first step will fail, too.
+        let found = along(1.0).zip(along(-1.0)).filter(|(a, b)| a.iter().chain(b).all(|noise| noise.is_finite()));
+        self.noise = found.map_or([0.0; 2], |(a, b)| [0, 1].map(|k| a[k].min(b[k])));
+    }
+
     /// At rest accelerations are round-off of the forces that cancel in them, of this size, N, and of positions ([`Floor::shaken`]). From
     /// here on [`Floor::of_speeds`] knows that.
     pub(super) fn balance(&mut self, load: f64, shaken: [f64; 2], model: &Model) {
@@ -200,9 +260,16 @@ impl Floor {
         formulation.forget_since(&traces);
     }
 
-    /// What no error of a velocity, m/s, and of an angular one, rad/s, has to be below in the step under way.
-    pub(super) fn of_speeds(&self) -> [f64; 2] {
-        [0, 1].map(|k| self.driven[k].max(self.at_rest[k] * self.h))
+    /// What no error of a velocity, m/s, and of an angular one, rad/s, has to be below in the step under way, where the largest speed is
+    /// this.
+    pub(super) fn of_speeds(&self, speed: f64) -> [f64; 2] {
+        let of = |k: usize| self.driven[k].max(self.at_rest[k] * self.h);
+        if speed > self.slow {
+            return [0, 1].map(of);
+        }
+        // What is so stiff that it swings within the step comes back to where it should be, to a unit of its position.
+        let noise = |k: usize| NOISE * (self.noise[k] * self.h).min(self.unit[k] / self.h.max(f64::MIN_POSITIVE));
+        [0, 1].map(|k| of(k).max(noise(k)))
     }
 
     fn find(&mut self, formulation: &mut dyn Formulation, scales: &Scales) -> Result<(), AnalysisError> {

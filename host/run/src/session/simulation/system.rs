@@ -38,8 +38,9 @@ const WORK_OVER_TOLERANCE: f64 = 1e3;
 impl Simulation<'_> {
     /// The sizes of speeds (m/s) and angular velocities (rad/s) that errors of steps are judged by.
     pub(super) fn speeds(&self) -> [f64; 2] {
-        let [slow, calm] = self.floor.of_speeds().map(|least| least / self.allowed());
-        [self.scales.speed_scale().max(slow), self.scales.spin_scale().max(calm)]
+        let (speed, spin) = (self.scales.speed_scale(), self.scales.spin_scale());
+        let [slow, calm] = self.floor.of_speeds(speed).map(|least| least / self.allowed());
+        [speed.max(slow), spin.max(calm)]
     }
 
     /// Takes differences of velocities for round-off where they are no more than that of the functions of time that drive a scene which
