@@ -1,20 +1,31 @@
 //! Eigenvalues and eigenvectors of a real matrix, each with its residual and with what round-off leaves open.
 //!
-//! The matrix is balanced (Parlett & Reinsch 1969). Zero eigenvalues are split off first, by the null spaces of the matrix and of
-//! what is left of it, one after the other: rigid motions have a double zero with one vector, which plain iterations return as a
-//! pair of the size of the root of round-off. The others come from QR sweeps, their vectors from inverse iteration in
-//! coordinates in which the matrix has Hessenberg's form: there it is factored anew for each eigenvalue at the cost of a few products
-//! with a vector (Golub & Van Loan, "Matrix Computations", 4th ed. 2013, section 7.6.1), so that all of them cost as much as the form
-//! itself, and not the size of the matrix times as much.
+//! The matrix is balanced (Parlett & Reinsch 1969) and turned to Hessenberg's form, in which all else is done. Zero eigenvalues are split
+//! off before, where factors of the form do not rule them out, by the null spaces of the matrix and of what is left of it, one after the
+//! other: rigid motions have a double zero with one vector, which plain iterations return as a pair of the size of the root of round-off.
+//! The others come from QR sweeps, their vectors from inverse iteration: the form is factored anew for each eigenvalue at the cost of a
+//! few products with a vector (Golub & Van Loan, "Matrix Computations", 4th ed. 2013, section 7.6.1), so that all of them cost as much as
+//! the form itself, and not the size of the matrix times as much. What is said of them is computed with the balanced matrix.
+//!
+//! | file | content |
+//! |---|---|
+//! | `form.rs` | the orthogonal transformation to Hessenberg's form |
+//! | `zeros.rs` | the form with the zero eigenvalues first |
+//! | `values.rs` | QR sweeps |
+//! | `shifted.rs`, `split.rs` | inverse iteration, and the sums over complex vectors that it consists of |
 
+mod form;
 mod shifted;
+mod split;
 mod values;
+mod zeros;
 
 use nalgebra::{Complex, DMatrix, DVector};
 
-use crate::linalg::SingularValues;
 use shifted::Shifted;
+use split::Split;
 use values::eigenvalues;
+use zeros::Parted;
 
 /// A complex vector.
 pub type ComplexVector = DVector<Complex<f64>>;
@@ -93,32 +104,33 @@ pub fn spectrum(matrix: &DMatrix<f64>) -> Option<Spectrum> {
         return Some(Spectrum { zeros: n, null: back(DMatrix::identity(n, n)), pairs: Vec::new() });
     }
     let limit = NULL * n as f64 * f64::EPSILON * size;
-    let (left, null) = without_zeros(&balanced, limit)?;
-    let mut values = if left.is_empty() { Vec::new() } else { eigenvalues(left)? };
-    values.sort_by(|a, b| a.norm().total_cmp(&b.norm()).then(a.im.total_cmp(&b.im)));
-    let zeros = n - values.len();
-    let all = values.clone();
-    values.retain(|value| value.im >= 0.0);
-    let (turn, form) = balanced.clone().hessenberg().unpack();
-    let rows = form.transpose();
-    let start = turn.tr_mul(&DVector::from_fn(n, |k, _| ((k * 7919 + 13) % 101) as f64 / 101.0 + 0.1));
-    let start = start.map(|entry| Complex::new(entry, 0.0));
-    let mut found: Vec<(Complex<f64>, ComplexVector)> = Vec::new();
-    let mut pairs = Vec::with_capacity(values.len());
-    for value in values {
-        let near: Vec<&ComplexVector> = found
-            .iter()
-            .filter(|(other, _)| (other - value).norm() <= CLOSE * size)
-            .map(|(_, vector)| vector)
-            .collect();
-        let shifted = Shifted::new(&rows, value, size);
-        let of_form = shifted.vector(&start, &near)?;
-        let (mut vector, mut left) = (product(&turn, &of_form), product(&turn, &shifted.left(&of_form)?));
-        let residual = (product(&balanced, &vector) - &vector * value).norm() / size;
+    let parted = Parted::of(&balanced, size, limit)?;
+    let zeros = parted.zeros;
+    let mut all = eigenvalues(parted.form.view_range(zeros.., zeros..).into_owned())?;
+    all.sort_by(|a, b| a.norm().total_cmp(&b.norm()).then(a.im.total_cmp(&b.im)));
+    let rows = parted.form.transpose();
+    let start = Split::start(n);
+    let mut shifted = Shifted::new(&rows, size);
+    let mut found: Vec<(Complex<f64>, [Split; 2])> = Vec::new();
+    for value in all.iter().copied().filter(|value| value.im >= 0.0) {
+        let near = found.iter().filter(|(other, _)| (other - value).norm() <= CLOSE * size);
+        let near: Vec<&Split> = near.map(|(_, [vector, _])| vector).collect();
+        let shifted = shifted.at(value);
+        let vector = shifted.vector(&start, &near)?;
+        let left = shifted.left(&vector)?;
+        found.push((value, [vector, left]));
+    }
+    let [vectors, lefts] = [0, 1].map(|side| parted.back(found.iter().map(|(_, sides)| &sides[side])));
+    let moved = &balanced * &vectors;
+    let mut pairs = Vec::with_capacity(found.len());
+    for (k, (value, _)) in found.iter().enumerate() {
+        let value = *value;
+        let of = |columns: &DMatrix<f64>| columns.column(k).zip_map(&columns.column(found.len() + k), Complex::new);
+        let (mut vector, mut left) = (of(&vectors), of(&lefts));
+        let residual = (of(&moved) - &vector * value).norm() / size;
         let angle = left.dotc(&vector).norm();
         let condition = 1.0 / angle.max(f64::MIN_POSITIVE);
         let first_order = OPEN * n as f64 * f64::EPSILON * size * condition;
-        found.push((value, of_form));
         vector.iter_mut().zip(scales.iter()).for_each(|(entry, scale)| *entry *= Complex::new(*scale, 0.0));
         let largest = vector.iter().copied().max_by(|a, b| a.norm().total_cmp(&b.norm())).filter(|v| v.norm() > 0.0)?;
         vector.iter_mut().for_each(|entry| *entry /= largest);
@@ -131,13 +143,15 @@ pub fn spectrum(matrix: &DMatrix<f64>) -> Option<Spectrum> {
         let pair = Pair { value, vector, left, residual, uncertainty: 0.0, together, condition, size };
         pairs.push(Pair { uncertainty: pair.moved(first_order), ..pair });
     }
-    Some(Spectrum { zeros, null: back(null), pairs })
+    Some(Spectrum { zeros, null: back(parted.null), pairs })
 }
 
 /// How many of `all` eigenvalues round-off may have parted from one, that one included.
 fn near_each_other(value: Complex<f64>, all: &[Complex<f64>], n: usize, size: f64) -> usize {
+    let mut distances: Vec<f64> = all.iter().map(|other| (other - value).norm()).collect();
+    distances.sort_unstable_by(f64::total_cmp);
     let reach = |m: usize| (OPEN * n as f64 * f64::EPSILON).powf(1.0 / m as f64) * size;
-    let near = |m: usize| all.iter().filter(|other| (*other - value).norm() <= reach(m)).count();
+    let near = |m: usize| distances.partition_point(|distance| *distance <= reach(m));
     (2..=all.len()).find(|m| near(*m) <= *m).map_or(1, near)
 }
 
@@ -166,29 +180,6 @@ fn balance(matrix: &DMatrix<f64>) -> (DMatrix<f64>, DVector<f64>) {
             return (a, scales);
         }
     }
-}
-
-/// The matrix without its zero eigenvalues, and its null vectors.
-fn without_zeros(matrix: &DMatrix<f64>, limit: f64) -> Option<(DMatrix<f64>, DMatrix<f64>)> {
-    let mut left = matrix.clone();
-    let mut first: Option<DMatrix<f64>> = None;
-    while !left.is_empty() {
-        let values = SingularValues::of(&left)?;
-        first.get_or_insert_with(|| values.null_space(limit));
-        let kept = values.right().columns_range(..values.rank(limit));
-        if kept.ncols() == left.ncols() {
-            break;
-        }
-        left = kept.transpose() * &left * kept;
-    }
-    let n = matrix.nrows();
-    Some((left, first.unwrap_or_else(|| DMatrix::zeros(n, 0))))
-}
-
-/// A real matrix times a complex vector.
-fn product(matrix: &DMatrix<f64>, vector: &ComplexVector) -> ComplexVector {
-    let (real, imaginary) = (matrix * vector.map(|entry| entry.re), matrix * vector.map(|entry| entry.im));
-    real.zip_map(&imaginary, Complex::new)
 }
 
 #[cfg(test)]

@@ -2,6 +2,15 @@
 
 use super::*;
 
+/// Numbers between -0.5 and 0.5 in a square.
+pub(super) fn random(n: usize, seed: usize) -> DMatrix<f64> {
+    let mut state = seed as u64;
+    DMatrix::from_fn(n, n, |_, _| {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+    })
+}
+
 fn values(matrix: &DMatrix<f64>) -> Spectrum {
     let found = spectrum(matrix).unwrap();
     for pair in &found.pairs {
@@ -161,6 +170,61 @@ fn a_double_eigenvalue_is_moved_by_the_root_of_round_off_at_most() {
         assert!(!found.pairs.is_empty());
         for pair in &found.pairs {
             assert!((pair.value + 0.5 * d).norm() < pair.uncertainty && pair.uncertainty < 1e-3, "{pair:?}");
+        }
+    }
+}
+
+/// Masses in a plane row, each tied to the next along it by a spring and across it by a spring that is far softer, with a damper on
+/// some; held at one end, or not.
+fn row(masses: usize, soft: f64, held: bool) -> DMatrix<f64> {
+    let n = 2 * masses;
+    let mut a = DMatrix::zeros(2 * n, 2 * n);
+    for (k, stiffness) in
+        [(0, 1.0), (1, soft)].into_iter().flat_map(|(along, s)| (0..masses).map(move |k| (2 * k + along, s)))
+    {
+        a[(k, n + k)] = 1.0;
+        let mass = 1.0 + (k % 7) as f64;
+        for beside in [k.wrapping_sub(2), k + 2] {
+            if beside < n || held && beside > n {
+                a[(n + k, k)] -= stiffness / mass;
+            }
+            if beside < n {
+                a[(n + k, beside)] += stiffness / mass;
+            }
+        }
+        if k % 5 == 0 {
+            a[(n + k, n + k)] = -0.01 * stiffness.sqrt();
+        }
+    }
+    a
+}
+
+#[test]
+fn large_matrices_have_pairs_that_meet_them_and_are_those_of_the_whole_matrix() {
+    for (name, a, zeros) in [
+        ("random", random(150, 1), 0),
+        ("held", row(50, 1e-4, true), 0),
+        ("free", row(40, 1e-4, false), 2),
+        ("softer", row(30, 1e-7, true), 0),
+        (
+            "turned",
+            {
+                let q = random(120, 5).qr().q();
+                &q * row(30, 1e-2, false) * q.transpose()
+            },
+            2,
+        ),
+    ] {
+        let found = values(&a);
+        let all: usize = found.pairs.iter().map(|pair| 1 + usize::from(pair.value.im > 0.0)).sum();
+        assert_eq!((found.zeros, all + found.zeros), (zeros, a.nrows()), "{name}");
+        let sum: f64 =
+            found.pairs.iter().map(|pair| pair.value.re * (1.0 + f64::from(u8::from(pair.value.im > 0.0)))).sum();
+        assert!((sum - a.trace()).abs() < 1e-11 * a.norm(), "{name}");
+        for pair in found.pairs.iter().step_by(9) {
+            let plain = plain_vector(&a, pair.value);
+            let along = plain.dotc(&pair.vector).norm() / pair.vector.norm();
+            assert!((along - 1.0).abs() < 1e-9, "{name}: {along} of {}", pair.value);
         }
     }
 }
