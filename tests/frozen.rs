@@ -4,6 +4,7 @@
 use std::path::Path;
 
 use nalgebra::Complex;
+use odyn::analyses::eigen::spectrum;
 use odyn::analyses::linear::Linear;
 use odyn::analyses::modes::{Mode, Modes, Stability};
 use odyn::session::Session;
@@ -14,7 +15,11 @@ fn modes(path: &Path, sets: &[&str]) -> (Modes, f64) {
     let open = || Session::open(path, &options(sets, &[])).unwrap_or_else(|error| panic!("{error}"));
     let (session, instant) = (open(), open().prepare().unwrap().start().unwrap().instant().unwrap());
     let linear = Linear::at(&session, &instant, None, None).unwrap_or_else(|error| panic!("{error}"));
-    (Modes::of(&session, &linear).unwrap(), linear.unsteadiness)
+    let modes = Modes::of(&session, &linear).unwrap();
+    // Eigenvalues that are known from looking ahead are those of the model as it is seen at last.
+    let own: Vec<_> = spectrum(&linear.a).unwrap().pairs.iter().map(|pair| [pair.value.re, pair.value.im]).collect();
+    assert_eq!(modes.modes.iter().map(|mode| [mode.real, mode.imaginary]).collect::<Vec<_>>(), own);
+    (modes, linear.unsteadiness)
 }
 
 /// A pendulum hangs from a shaft that a motor turns. About the axis of the pin it is m l^2 s^2 + c s + m g l - m l^2 W^2: for

@@ -119,10 +119,29 @@ pub(crate) fn own_masses(model: &Model, layout: &Layout, inputs: &[f64]) -> Vec<
     model.bodies.iter().enumerate().map(own).collect()
 }
 
-/// Kinetic energies of bodies and of elements that bring some as shares, and potential energies of elements on the kinetic energy of all.
-pub(crate) fn energies(linear: &Linear, vector: &ComplexVector) -> (Vec<Share>, Vec<Share>) {
-    let (x, v) = (complex(&linear.positions, vector), complex(&linear.velocities, vector));
-    let loads = complex(&linear.loads, vector);
+/// What vectors of states do to bodies, a column each: displacements, velocities, and changes of loads.
+pub(crate) struct Moved([DMatrix<Complex<f64>>; 3]);
+
+impl Moved {
+    pub(crate) fn of(linear: &Linear, vectors: &DMatrix<Complex<f64>>) -> Self {
+        let (re, im) = (vectors.map(|entry| entry.re), vectors.map(|entry| entry.im));
+        let by = |matrix: &DMatrix<f64>| (matrix * &re).zip_map(&(matrix * &im), Complex::new);
+        Self([by(&linear.positions), by(&linear.velocities), by(&linear.loads)])
+    }
+
+    /// Those of vector `k`.
+    pub(crate) fn by(&self, k: usize) -> [ComplexVector; 3] {
+        self.0.each_ref().map(|columns| columns.column(k).into_owned())
+    }
+}
+
+/// Kinetic energies of bodies and of elements that bring some as shares, and potential energies of elements on the kinetic energy of
+/// all, of a vector that does this to bodies.
+pub(crate) fn energies(
+    linear: &Linear,
+    vector: &ComplexVector,
+    [x, v, loads]: &[ComplexVector; 3],
+) -> (Vec<Share>, Vec<Share>) {
     let of_bodies = linear.own_masses.iter().enumerate();
     let of_bodies = of_bodies.map(|(body, mass)| form(mass, &v.rows(6 * body, 6).into_owned()));
     let kinetic: Vec<(String, f64)> = (linear.bodies.iter().cloned().zip(of_bodies))
@@ -145,8 +164,8 @@ pub(crate) fn energies(linear: &Linear, vector: &ComplexVector) -> (Vec<Share>, 
     };
     for (k, load) in linear.load_list.iter().enumerate() {
         let part = |of: &ComplexVector, at: usize| [of[at], of[at + 1], of[at + 2]];
-        let (force, torque) = (part(&loads, 6 * k), part(&loads, 6 * k + 3));
-        let (shift, turn) = (part(&x, 6 * load.body), part(&x, 6 * load.body + 3));
+        let (force, torque) = (part(loads, 6 * k), part(loads, 6 * k + 3));
+        let (shift, turn) = (part(x, 6 * load.body), part(x, 6 * load.body + 3));
         // The moment about the centre of mass is T + s x F, and s turns with the body.
         let moment = {
             let cross = |a: [Complex<f64>; 3], b: Vector3<f64>| {

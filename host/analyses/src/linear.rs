@@ -21,6 +21,7 @@ use serde::Serialize;
 
 use crate::analysis::{Direction, Expansion, Freedom, Function, Local};
 use crate::diagnostics::{Diagnostic, codes, suggest};
+use crate::eigen::Spectrum;
 use crate::energies::{Carried, own_masses};
 use crate::model::{Model as SceneModel, Quantity};
 use crate::program::Equations;
@@ -79,6 +80,8 @@ pub struct Linear {
     pub velocities: DMatrix<f64>,
     /// From displacements of all bodies to coordinates, and from changes of their velocities to those of the rates.
     components: [DMatrix<f64>; 2],
+    /// The eigenvalues of [`Linear::a`], where they were needed already.
+    pub(crate) spectrum: Option<Spectrum>,
     /// Loads of force elements by states, at fixed velocities and element states: see [`Load`].
     pub(crate) loads: DMatrix<f64>,
     pub(crate) expansion: Expansion,
@@ -418,6 +421,7 @@ pub(crate) fn reduce(e: &Expansion) -> Result<Linear, String> {
         positions: x,
         velocities: v,
         components: [places.components, motions.components],
+        spectrum: None,
         loads: DMatrix::zeros(0, states),
         expansion: e.clone(),
         load_list: Vec::new(),

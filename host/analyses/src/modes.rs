@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use crate::diagnostics::{Diagnostic, codes};
 use crate::eigen::{ComplexVector, spectrum};
-use crate::energies::{complex, energies};
+use crate::energies::{Moved, energies};
 use crate::linalg::SingularValues;
 use crate::linear::{Linear, SLOW, refuse};
 use crate::session::{Session, SessionError};
@@ -170,20 +170,24 @@ impl Modes {
     /// # Errors
     /// Eigenvalues that are not found.
     pub fn of(session: &Session, linear: &Linear) -> Result<Self, SessionError> {
-        let Some(found) = spectrum(&linear.a) else {
+        let found = linear.spectrum.clone().or_else(|| spectrum(&linear.a));
+        let Some(found) = found else {
             let message =
                 "the eigenvalues were not found: the iteration did not converge, or derivatives are not finite";
             return Err(refuse(session, Diagnostic::error(codes::MOTION_NOT_FINITE, message)));
         };
+        let vectors = DMatrix::from_fn(linear.a.nrows(), found.pairs.len(), |row, k| found.pairs[k].vector[row]);
+        let moved = Moved::of(linear, &vectors);
         let length = session.assembly.scales.length;
         let mut notes = linear.notes.clone();
         let mut modes = Vec::with_capacity(found.pairs.len());
         for (k, pair) in found.pairs.iter().enumerate() {
             let value = pair.value;
-            let energies = energies(linear, &pair.vector);
-            let shape = shape(linear, &pair.vector, length);
+            let moved = moved.by(k);
+            let energies = energies(linear, &pair.vector, &moved);
+            let shape = shape(linear, &moved[0], length);
             let size = value.norm();
-            let uncertainty = MARGIN * (pair.uncertainty + linear.open(pair));
+            let uncertainty = MARGIN * (pair.uncertainty + linear.open(pair, &moved[0]));
             if pair.residual > RESIDUAL {
                 notes.push(format!("mode {}: its vector is inaccurate, residual {:.1e}", k + 1, pair.residual));
             }
@@ -337,8 +341,8 @@ pub(crate) fn shares(list: impl Iterator<Item = (String, f64)>) -> Vec<Share> {
     list
 }
 
-fn shape(linear: &Linear, vector: &ComplexVector, length: f64) -> Vec<BodyShape> {
-    let x = complex(&linear.positions, vector);
+/// Of displacements.
+fn shape(linear: &Linear, x: &ComplexVector, length: f64) -> Vec<BodyShape> {
     let sized = |k: usize| if k % 6 < 3 { x[k] } else { x[k] * length };
     let largest = (0..x.len()).max_by(|a, b| sized(*a).norm().total_cmp(&sized(*b).norm()));
     let Some(largest) = largest.map(sized).filter(|z| z.norm() > 0.0) else { return Vec::new() };

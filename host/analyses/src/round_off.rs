@@ -9,8 +9,7 @@
 use nalgebra::{DMatrix, DVector, Matrix3};
 
 use crate::analysis::{Direction, Expansion, Freedom, Function};
-use crate::eigen::Pair;
-use crate::energies::complex;
+use crate::eigen::{ComplexVector, Pair};
 use crate::linalg::SingularValues;
 use crate::linear::Linear;
 
@@ -105,9 +104,9 @@ impl Linear {
         dropped.for_each(|(entry, _)| *entry = 0.0);
     }
 
-    /// By how much round-off of loads may have moved an eigenvalue, 1/s.
-    pub(crate) fn open(&self, pair: &Pair) -> f64 {
-        let motion = complex(&self.positions, &pair.vector).map(|entry| entry.norm());
+    /// By how much round-off of loads may have moved an eigenvalue, 1/s; with the displacements of its vector.
+    pub(crate) fn open(&self, pair: &Pair, displacements: &ComplexVector) -> f64 {
+        let motion = displacements.map(|entry| entry.norm());
         pair.moved(self.round_off.of_eigenvalue(pair, &motion, self.coordinates))
     }
 }

@@ -103,7 +103,7 @@ impl<'m> Shifted<'m> {
         }
     }
 
-    /// The same with the adjoint matrix; the conjugate of the solution for the conjugate of a right side.
+    /// The same with the transposed matrix: conjugates of it, for conjugates of right sides, are solutions with the adjoint one.
     fn solve_transposed(&self, x: &mut Split) {
         for k in 0..x.len() {
             let (pivot, row) = self.row(k);

@@ -30,6 +30,7 @@ impl Linear {
             ));
             return;
         }
+        self.spectrum = axes.of_ground;
         self.notes.extend(in_ground_axes);
         if !self.at_rest && self.unsteadiness == 0.0 {
             self.notes.push("the coefficients stay the same along the motion, in axes of the ground".into());

@@ -60,6 +60,8 @@ pub(super) struct Axes {
     pub(super) turning: Vector3<f64>,
     /// Rates of states by states in them, where they turn.
     pub(super) turned: Option<DMatrix<f64>>,
+    /// The eigenvalues in axes of the ground, where they are known.
+    pub(super) of_ground: Option<Spectrum>,
     /// The largest change of a mode, on its size, while it turns by one radian.
     pub(super) unsteadiness: f64,
 }
@@ -112,7 +114,7 @@ pub(super) fn axes(
         looks.push((*time, there));
     }
     if looks.is_empty() {
-        return unknown;
+        return Axes { of_ground: Some(ground.spectrum), ..unknown };
     }
     let change = |frame: &Frame<'_>| frame.change(&looks, fastest, length);
     let mut best = Axes { unsteadiness: change(&ground), ..Axes::default() };
@@ -123,9 +125,10 @@ pub(super) fn axes(
         let Some(frame) = Frame::new(here, turning) else { continue };
         let unsteadiness = change(&frame);
         if unsteadiness <= SLOW && unsteadiness < BETTER * best.unsteadiness {
-            best = Axes { turning, turned: Some(frame.a), unsteadiness };
+            best = Axes { turning, turned: Some(frame.a), unsteadiness, of_ground: None };
         }
     }
+    best.of_ground = Some(ground.spectrum);
     best
 }
 
@@ -175,7 +178,8 @@ impl<'l> Frame<'l> {
         let most = (WORK / (n * n * n)).clamp(2, MOST_COMPARED);
         let mut largest = 0.0_f64;
         for pair in self.spectrum.pairs.iter().take(most) {
-            let open = MARGIN * (pair.uncertainty + self.here.open(pair)) / pair.value.norm();
+            let displacements = complex(&self.here.positions, &pair.vector);
+            let open = MARGIN * (pair.uncertainty + self.here.open(pair, &displacements)) / pair.value.norm();
             largest =
                 largest.max(self.of_vectors(&changes, (pair.value, pair.value.norm()), &[&pair.vector], open, length));
         }
