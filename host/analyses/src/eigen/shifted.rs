@@ -53,15 +53,15 @@ impl<'m> Shifted<'m> {
                 self.upper.push(below);
                 self.upper.push(behind[0] - shift);
                 self.upper.extend_real(&behind[1..]);
-                add_real(own.from_mut(k + 1), -factor, behind);
+                add_real(own.part_mut(k + 1), -factor, behind);
                 own.set(k + 1, own.get(k + 1) + factor * shift);
                 factor
             } else {
                 let pivot = not_zero(own.get(k), self.size);
                 let factor = below / pivot;
                 self.upper.push(pivot);
-                self.upper.extend(own.from(k + 1));
-                scale_and_add(own.from_mut(k + 1), -factor, behind);
+                self.upper.extend(own.part(k + 1));
+                scale_and_add(own.part_mut(k + 1), -factor, behind);
                 own.set(k + 1, own.get(k + 1) - shift);
                 factor
             };
@@ -82,7 +82,7 @@ impl<'m> Shifted<'m> {
     fn miss(&self, vector: &Split) -> f64 {
         let misses = (0..vector.len()).map(|k| {
             let from = k.saturating_sub(1);
-            let [re, im] = dots(&self.rows.column(k).as_slice()[from..], vector.from(from));
+            let [re, im] = dots(&self.rows.column(k).as_slice()[from..], vector.part(from));
             (Complex::new(re, im) - vector.get(k) * self.value).norm_sqr()
         });
         misses.sum::<f64>().sqrt()
@@ -98,7 +98,7 @@ impl<'m> Shifted<'m> {
         }
         for k in (0..x.len()).rev() {
             let (pivot, row) = self.row(k);
-            let known = product(row, x.from(k + 1));
+            let known = product(row, x.part(k + 1));
             x.set(k, (x.get(k) - known) / pivot);
         }
     }
@@ -109,7 +109,7 @@ impl<'m> Shifted<'m> {
             let (pivot, row) = self.row(k);
             let own = x.get(k) / pivot;
             x.set(k, own);
-            add(x.from_mut(k + 1), -own, row);
+            add(x.part_mut(k + 1), -own, row);
         }
         for (k, (exchanged, factor)) in self.steps.iter().enumerate().rev() {
             x.set(k, x.get(k) - factor * x.get(k + 1));
@@ -123,7 +123,7 @@ impl<'m> Shifted<'m> {
     fn iterate(&self, start: &Split, apart: &[&Split]) -> Option<(Split, f64)> {
         let next = |mut vector: Split| {
             self.solve(&mut vector);
-            let length = vector.to_unit()?;
+            let length = vector.normalise()?;
             if apart.is_empty() {
                 return Some((vector, 1.0 / length));
             }
@@ -149,7 +149,7 @@ impl<'m> Shifted<'m> {
     pub(super) fn left(&self, right: &Split) -> Option<Split> {
         let next = |mut vector: Split| {
             self.solve_transposed(&mut vector);
-            let length = vector.to_unit()?;
+            let length = vector.normalise()?;
             Some((vector, 1.0 / length))
         };
         self.best(right.clone().conjugate(), next).map(|(vector, _)| vector.conjugate())
@@ -178,13 +178,13 @@ impl<'m> Shifted<'m> {
     /// At most by a little more than the least singular value of the matrix, found from some start.
     pub(super) fn least_singular_value(&self, start: &Split) -> Option<f64> {
         let (mut vector, mut least) = (start.clone(), f64::INFINITY);
-        vector.to_unit()?;
+        vector.normalise()?;
         for _ in 0..MOST {
             self.solve(&mut vector);
-            least = least.min(1.0 / vector.to_unit()?);
+            least = least.min(1.0 / vector.normalise()?);
             vector = vector.conjugate();
             self.solve_transposed(&mut vector);
-            least = least.min(1.0 / vector.to_unit()?);
+            least = least.min(1.0 / vector.normalise()?);
             vector = vector.conjugate();
         }
         Some(least)
@@ -200,8 +200,8 @@ fn not_zero(pivot: Complex<f64>, size: f64) -> Complex<f64> {
 fn without(mut vector: Split, others: &[&Split]) -> Option<Split> {
     for other in others {
         let along = other.conjugate_product(&vector);
-        add(vector.from_mut(0), -along, other.from(0));
+        add(vector.part_mut(0), -along, other.part(0));
     }
-    vector.to_unit()?;
+    vector.normalise()?;
     Some(vector)
 }

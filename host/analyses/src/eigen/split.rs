@@ -59,11 +59,11 @@ impl Split {
         self.im.swap(a, b);
     }
 
-    pub(super) fn from(&self, k: usize) -> [&[f64]; 2] {
+    pub(super) fn part(&self, k: usize) -> [&[f64]; 2] {
         [&self.re[k..], &self.im[k..]]
     }
 
-    pub(super) fn from_mut(&mut self, k: usize) -> [&mut [f64]; 2] {
+    pub(super) fn part_mut(&mut self, k: usize) -> [&mut [f64]; 2] {
         [&mut self.re[k..], &mut self.im[k..]]
     }
 
@@ -74,12 +74,12 @@ impl Split {
 
     /// x^H y with another.
     pub(super) fn conjugate_product(&self, other: &Self) -> Complex<f64> {
-        let ([re, from_im], [im, less]) = (dots(&self.re, other.from(0)), dots(&self.im, other.from(0)));
+        let ([re, from_im], [im, less]) = (dots(&self.re, other.part(0)), dots(&self.im, other.part(0)));
         Complex::new(re + less, from_im - im)
     }
 
     /// Makes its length one; gives what it was, `None` where that is zero or not finite.
-    pub(super) fn to_unit(&mut self) -> Option<f64> {
+    pub(super) fn normalise(&mut self) -> Option<f64> {
         let length = self.conjugate_product(self).re.sqrt();
         if !(length.is_finite() && length > 0.0) {
             return None;
@@ -164,14 +164,14 @@ mod tests {
                 whole(&a).iter().zip(&whole(&x)).map(|(a, x)| f(*a, *x)).sum()
             };
             let near = |a: Complex<f64>, b: Complex<f64>| assert!((a - b).norm() < 1e-14, "{n}: {a} {b}");
-            near(product(a.from(0), x.from(0)), known(|a, x| a * x));
+            near(product(a.part(0), x.part(0)), known(|a, x| a * x));
             near(a.conjugate_product(&x), known(|a, x| a.conj() * x));
-            let [re, im] = dots(&a.re, x.from(0));
+            let [re, im] = dots(&a.re, x.part(0));
             near(Complex::new(re, im), known(|a, x| x * a.re));
             let (mut added, mut with_real, mut scaled) = (x.clone(), x.clone(), x.clone());
-            add(added.from_mut(0), factor, a.from(0));
-            add_real(with_real.from_mut(0), factor, &a.re);
-            scale_and_add(scaled.from_mut(0), factor, &a.re);
+            add(added.part_mut(0), factor, a.part(0));
+            add_real(with_real.part_mut(0), factor, &a.re);
+            scale_and_add(scaled.part_mut(0), factor, &a.re);
             for k in 0..n {
                 near(added.get(k), x.get(k) + factor * a.get(k));
                 near(with_real.get(k), x.get(k) + factor * a.re[k]);
