@@ -559,3 +559,88 @@ component = "x"
     let off = difference(column(&both, "x"), column(&run(hump, &[]), "x"));
     assert!(off < 1e-9, "{off:.1e}");
 }
+
+/// A ball on the floor, under which a platform starts: z = 0.1 + a t^2 / 2.
+fn lift(acceleration: f64, contacts: [&str; 2]) -> String {
+    let mut text = format!(
+        "[plugins]\nlibraries = [\"odyn-joints\"]\n[simulation]\ngravity = [0, 0, -9.81]\ntolerance = 1e-9\nt_end = 1\noutput_step = 0.1\n\
+         [[body]]\nname = \"ball\"\nmass = 1\ninertia = [0.004, 0.004, 0.004]\nposition = [0, 0, 0.1]\n\
+         [[body]]\nname = \"lift\"\nmass = 3\ninertia = [0.1, 0.1, 0.1]\n\
+         [[joint]]\nname = \"guide\"\ntype = \"translational\"\nbodies = [\"ground\", \"lift\"]\naxis = [0, 0, 1]\n\
+         [[joint]]\nname = \"drive\"\ntype = \"displacement-driver\"\nbodies = [\"ground\", \"lift\"]\naxis = [0, 0, 1]\n\
+         params.displacement = \"{:?} t^2\"\n\
+         [[output]]\nname = \"z\"\nquantity = \"position\"\nof = \"ball\"\ncomponent = \"z\"\n",
+        0.5 * acceleration
+    );
+    for on in contacts {
+        text += &format!(
+            "[[joint]]\nname = \"on-{on}\"\ntype = \"plane-contact\"\nbodies = [\"{on}\", \"ball\"]\nparams.radius = 0.1\n\
+             frames = [{{ position = [0, 0, 0], axis = [0, 0, 1] }}, {{ position = [0, 0, 0] }}]\n\
+             [[output]]\nname = \"n-{on}\"\nquantity = \"reaction_force\"\nof = \"on-{on}\"\non = \"ball\"\ncomponent = \"z\"\n"
+        );
+    }
+    text
+}
+
+#[test]
+fn a_platform_that_starts_under_a_ball_lifts_it_off_the_floor() {
+    for acceleration in [2.0, 4.08, 6.0] {
+        for contacts in [["ground", "lift"], ["lift", "ground"]] {
+            for formulation in ["joint", "cartesian"] {
+                let sets = [&format!("simulation.formulation=\"{formulation}\"")[..]];
+                let report = run(&lift(acceleration, contacts), &sets);
+                let what = format!("{acceleration} {contacts:?} {formulation}");
+                assert!(report.summary.not_unique.is_empty(), "{what}: {:?}", report.summary.not_unique);
+                let rows = report.times.iter().zip(column(&report, "z"));
+                let off = rows.map(|(t, z)| (z - 0.1 - 0.5 * acceleration * t * t).abs()).fold(0.0, f64::max);
+                assert!(off < 1e-9, "{what}: {off:.1e}");
+                let carried = column(&report, "n-lift");
+                assert!(carried.iter().all(|n| (n - 9.81 - acceleration).abs() < 1e-7), "{what}: {carried:?}");
+                assert!(column(&report, "n-ground").iter().all(|n| n.abs() < 1e-9), "{what}");
+            }
+        }
+    }
+}
+
+/// A wheel under a load that a backstop holds, with levers that turn by so much (1 - cos 2t) and take it along by their pawls.
+fn ratchet(levers: &[f64], backstop_first: bool) -> String {
+    let freewheel = |name: &str, on: &str| {
+        format!(
+            "[[joint]]\nname = \"{name}\"\ntype = \"freewheel\"\nbodies = [\"{on}\", \"wheel\"]\naxis = [0, 0, 1]\n"
+        )
+    };
+    let mut text = String::from(
+        "[plugins]\nlibraries = [\"odyn-joints\", \"odyn-forces\"]\n[simulation]\ntolerance = 1e-9\nt_end = 1\noutput_step = 0.05\n\
+         [[body]]\nname = \"wheel\"\nmass = 1\ninertia = [0.05, 0.05, 0.05]\n\
+         [[joint]]\nname = \"shaft\"\ntype = \"revolute\"\nbodies = [\"ground\", \"wheel\"]\naxis = [0, 0, 1]\n\
+         [[force]]\nname = \"load\"\ntype = \"vector-torque\"\nbodies = [\"ground\", \"wheel\"]\nparams.z = -0.4\n\
+         [[output]]\nname = \"angle\"\nquantity = \"coordinate\"\nof = \"shaft\"\n",
+    );
+    let mut pawls: Vec<String> = Vec::new();
+    for (k, most) in levers.iter().enumerate() {
+        text += &format!(
+            "[[body]]\nname = \"lever-{k}\"\nmass = 1\ninertia = [0.01, 0.01, 0.01]\n\
+             [[joint]]\nname = \"pin-{k}\"\ntype = \"revolute\"\nbodies = [\"ground\", \"lever-{k}\"]\naxis = [0, 0, 1]\n\
+             [[joint]]\nname = \"drive-{k}\"\ntype = \"rotation-driver\"\nbodies = [\"ground\", \"lever-{k}\"]\naxis = [0, 0, 1]\n\
+             params.angle = \"{most:?} * (1 - cos(2 * t))\"\n"
+        );
+        pawls.push(freewheel(&format!("pawl-{k}"), &format!("lever-{k}")));
+    }
+    pawls.insert(if backstop_first { 0 } else { pawls.len() }, freewheel("backstop", "ground"));
+    text + &pawls.concat()
+}
+
+#[test]
+fn the_fastest_of_several_levers_turns_a_ratchet() {
+    for levers in [&[0.5][..], &[0.5, 0.6], &[0.6, 0.5], &[0.4, 0.6, 0.5]] {
+        for backstop_first in [true, false] {
+            let report = run(&ratchet(levers, backstop_first), &[]);
+            let what = format!("{levers:?} {backstop_first}");
+            assert!(report.summary.not_unique.is_empty(), "{what}: {:?}", report.summary.not_unique);
+            let most = levers.iter().copied().fold(0.0, f64::max);
+            let rows = report.times.iter().zip(column(&report, "angle"));
+            let off = rows.map(|(t, angle)| (angle - most * (1.0 - (2.0 * t).cos())).abs()).fold(0.0, f64::max);
+            assert!(off < 1e-7, "{what}: {off:.1e}");
+        }
+    }
+}

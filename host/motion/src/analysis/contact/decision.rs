@@ -227,7 +227,8 @@ impl Decision<'_> {
     }
 
     /// Contacts alone, each of which does nothing but push: p makes p^T A p / 2 + b^T p least, which comes to an end also where rows do not
-    /// give way independently of each other (Lawson & Hanson, Solving Least Squares Problems, 1974, ch. 23).
+    /// give way independently of each other (Lawson & Hanson, Solving Least Squares Problems, 1974, ch. 23). Where rows that follow from
+    /// each other would move apart there is no least along their balance: it is followed until one of them presses with nothing.
     pub(super) fn descend(&self) -> Option<(Choice, DVector<f64>)> {
         let Meeting { delassus, first, sizes, .. } = self.meeting;
         let mut closed: Vec<usize> = Vec::new();
@@ -246,8 +247,11 @@ impl Decision<'_> {
             closed.push(next);
             while !closed.is_empty() {
                 let found = self.meeting.forces(self.b, &closed, &mut []);
-                let pulls = |k: &&usize| found[first[**k]] <= 0.0;
-                let part = |k: &usize| p[first[*k]] / (p[first[*k]] - found[first[*k]]);
+                let w = delassus * &found + self.b;
+                let contradicts = self.parts(&closed, (&found, &w)).is_some();
+                let way = if contradicts { self.in_balance(&closed, &w) } else { &found - &p };
+                let pulls = |k: &&usize| if contradicts { way[first[**k]] < 0.0 } else { found[first[**k]] <= 0.0 };
+                let part = |k: &usize| p[first[*k]] / -way[first[*k]];
                 let Some(part) = closed.iter().filter(pulls).map(part).min_by(f64::total_cmp) else {
                     p = found;
                     break;
@@ -256,7 +260,7 @@ impl Decision<'_> {
                 if part.is_nan() || part <= 0.0 {
                     return None;
                 }
-                p += part * (found - &p);
+                p += part * way;
                 let least = closed.iter().map(|k| p[first[*k]]).fold(f64::INFINITY, f64::min);
                 let (open, left): (Vec<usize>, Vec<usize>) =
                     closed.iter().partition(|k| p[first[**k]] <= least.max(0.0));
@@ -298,10 +302,12 @@ impl Decision<'_> {
                 resting.into_iter().for_each(|place| held[place].rest());
                 continue;
             }
-            match self.wrong_grip(closed, held, (&p, &w)) {
-                Some((place, direction)) => held[place].direction = direction,
-                None => return Some((choice, p)),
+            if let Some((place, direction)) = self.wrong_grip(closed, held, (&p, &w)) {
+                held[place].direction = direction;
+                continue;
             }
+            let Some(k) = self.parts(closed, (&p, &w)) else { return Some((choice, p)) };
+            closed.retain(|one| *one != k);
         }
         None
     }
@@ -318,7 +324,8 @@ impl Decision<'_> {
             let pulls = closed.iter().any(|k| self.pulls(*k, &p));
             let is_wrong = pulls
                 || self.wrong_contact(closed, held, (&p, &w)).is_some()
-                || self.wrong_grip(closed, held, (&p, &w)).is_some();
+                || self.wrong_grip(closed, held, (&p, &w)).is_some()
+                || self.parts(closed, (&p, &w)).is_some();
             (!is_wrong && is_wanted(&p)).then_some((choice, p))
         })
     }
@@ -415,6 +422,26 @@ impl Decision<'_> {
                 false => w[row] < -self.none[row],
             }
         })
+    }
+
+    /// A contact that is taken to be closed and that others which are closed move apart: their rows follow from each other, and contradict
+    /// each other. Of several the one that first presses with nothing where reactions in balance are added that open them.
+    fn parts(&self, closed: &[usize], (p, w): (&DVector<f64>, &DVector<f64>)) -> Option<usize> {
+        let Meeting { delassus, first, .. } = self.meeting;
+        let given = |row: usize| p[row] * delassus[(row, row)];
+        let none = |row: usize| 2.0 * self.none[row] + NO_ACCELERATION * given(row).abs();
+        let parts = |k: &usize| w[first[*k]] > none(first[*k]);
+        let left = |k: &usize| given(first[*k]) / w[first[*k]];
+        closed.iter().copied().filter(parts).min_by(|a, b| left(a).total_cmp(&left(b)))
+    }
+
+    /// Reactions of closed contacts in balance with each other, along which p^T A p / 2 + b^T p falls: what least squares leave of their
+    /// accelerations is nothing that they give way to, all rows taken in the same units.
+    fn in_balance(&self, closed: &[usize], w: &DVector<f64>) -> DVector<f64> {
+        let Meeting { delassus, first, .. } = self.meeting;
+        let mut way = DVector::zeros(w.len());
+        closed.iter().map(|k| first[*k]).for_each(|row| way[row] = -w[row] / delassus[(row, row)]);
+        way
     }
 
     /// The first grip of which something else is assumed than it does.

@@ -2,7 +2,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::decision::{Choice, Decision};
 use super::friction::Held;
-use super::smallest::{blocks, only_one, smallest, smallest_of_many};
+use super::smallest::{block, blocks, only_one, smallest, smallest_of_many};
 use super::{Grip, Meeting};
 use crate::tests::Random;
 
@@ -23,10 +23,7 @@ fn touching(points: &[Point], inertia: f64) -> (Meeting, DMatrix<f64>) {
         let [u, v] = [angle.cos(), angle.sin()];
         [u, v, x * v - y * u][column]
     });
-    let masses = DMatrix::from_diagonal(&DVector::from_vec(vec![1.0, 1.0, 1.0 / inertia]));
-    let delassus = &jacobian * masses * jacobian.transpose();
-    let geometry = &jacobian * jacobian.transpose();
-    let sizes: Vec<f64> = (0..2 * n).map(|row| geometry[(row, row)].sqrt()).collect();
+    let mut meeting = meeting(n, &jacobian, &[1.0, 1.0, 1.0 / inertia]);
     let grip = |(k, point): (usize, &Point)| {
         let mut grip = Grip {
             number: k,
@@ -38,33 +35,42 @@ fn touching(points: &[Point], inertia: f64) -> (Meeting, DMatrix<f64>) {
             moves: false,
             fixed: false,
         };
-        grip.look(&geometry, &sizes);
+        grip.look(&meeting.geometry, &meeting.sizes);
         grip
     };
-    let meeting = Meeting {
+    meeting.grips = points.iter().enumerate().map(grip).collect();
+    (meeting, jacobian)
+}
+
+/// So many contacts, each with its normal first, by the Jacobian of all rows; with what each coordinate gives way.
+fn meeting(n: usize, jacobian: &DMatrix<f64>, gives_way: &[f64]) -> Meeting {
+    let rows = jacobian.nrows();
+    let masses = DMatrix::from_diagonal(&DVector::from_row_slice(gives_way));
+    let delassus = jacobian * masses * jacobian.transpose();
+    let geometry = jacobian * jacobian.transpose();
+    Meeting {
         touching: (0..n).collect(),
-        grips: points.iter().enumerate().map(grip).collect(),
-        rates: DVector::zeros(2 * n),
-        impulses: DVector::zeros(2 * n),
+        grips: Vec::new(),
+        rates: DVector::zeros(rows),
+        impulses: DVector::zeros(rows),
         strikes: Vec::new(),
         work: 0.0,
         shared: Vec::new(),
         still: 0.0,
         bearing: Default::default(),
-        blocks: vec![(0..2 * n).collect()],
-        around: vec![1.0; 2 * n],
+        blocks: vec![(0..rows).collect()],
+        around: vec![1.0; rows],
         restitution: vec![0.0; n],
-        sizes,
+        sizes: (0..rows).map(|row| geometry[(row, row)].sqrt()).collect(),
         geometry,
-        rows: (0..2 * n).collect(),
+        rows: (0..rows).collect(),
         first: (0..=n).collect(),
         delassus,
-        responses: vec![Vec::new(); 2 * n],
-        driven: vec![0.0; 2 * n],
-        times: vec![0.0; 2 * n],
-        jacobian: vec![Vec::new(); 2 * n],
-    };
-    (meeting, jacobian)
+        responses: vec![Vec::new(); rows],
+        driven: vec![0.0; rows],
+        times: vec![0.0; rows],
+        jacobian: vec![Vec::new(); rows],
+    }
 }
 
 /// Contacts of a body at random, jammed against each other or not.
@@ -192,6 +198,108 @@ fn contacts_that_only_push_are_decided_whatever_follows_from_others() {
         let (_, other) = decision.pivot(decision.start(Vec::new())).expect("pivoting finds it, too");
         let [one, other] = [p, other].map(|p| &jacobian.transpose() * p);
         assert!((&one - &other).amax() < 1e-7 * (1.0 + one.amax()), "{number}: {one} {other}");
+    }
+}
+
+/// A ball on the floor that a platform lifts: both hold the same motion, one of them alone is closed, whatever the order and the units
+/// of the rows.
+#[test]
+fn of_contacts_that_move_apart_one_holds() {
+    // The size of a row counts the platform, too, which gives way to nothing.
+    for (second, size) in [(1.0, 1.0), (1.0, 2.0_f64.sqrt()), (2.0_f64.sqrt(), 1.0), (1e-3, 2.0_f64.sqrt())] {
+        for (apart, order) in [2.0, 4.08, 6.0, 1e-3].into_iter().flat_map(|apart| [(apart, [0, 1]), (apart, [1, 0])]) {
+            let scales = order.map(|k| [1.0, second][k]);
+            let b = DVector::from_vec(order.map(|k| [-9.81, second * (-9.81 - apart)][k]).to_vec());
+            let mut meeting = meeting(2, &DMatrix::from_row_slice(2, 1, &scales), &[1.0]);
+            let top = order.iter().position(|k| *k == 1).unwrap();
+            meeting.sizes[top] *= size;
+            let found = meeting.at_rest(&b, &[0, 1], Vec::new(), &meeting.none(1e-9)).expect("it is decided");
+            assert_eq!(found.closed, [top], "{second} {apart} {order:?}");
+            assert!((second * found.forces[top] - 9.81 - apart).abs() < 1e-12, "{second} {apart} {order:?}");
+            assert!(found.several.is_empty(), "{second} {apart} {order:?}");
+            // The same from all that is closed.
+            let decision = Decision { meeting: &meeting, b: &b, candidates: &[0, 1], none: &meeting.none(1e-9) };
+            let (choice, _) = decision.pivot(Choice { closed: vec![0, 1], ..decision.start(Vec::new()) }).unwrap();
+            assert_eq!(choice.closed, [top], "{second} {apart} {order:?}");
+        }
+    }
+}
+
+/// Rows in few directions, some of them along or against each other, that drives move at will. The twin tries all that may be closed.
+#[test]
+fn contacts_that_drives_move_are_decided_as_trying_all_choices_does() {
+    let mut random = Random(37);
+    let (mut pressed, mut contradicting, mut pivoted) = (0, 0, 0);
+    for number in 0..3000 {
+        let (n, free) = (1 + random.below(6), 1 + random.below(3));
+        let mut jacobian = DMatrix::from_vec(n, free, random.vector(n * free));
+        for row in 1..n {
+            if random.below(2) == 0 {
+                let scale = random.between(0.3, 3.0) * if random.below(4) == 0 { -1.0 } else { 1.0 };
+                let other = jacobian.row(random.below(row)) * scale;
+                jacobian.row_mut(row).copy_from(&other);
+            }
+        }
+        let gives_way: Vec<f64> = (0..free).map(|_| random.between(0.3, 3.0)).collect();
+        let mut meeting = meeting(n, &jacobian, &gives_way);
+        meeting.sizes.iter_mut().for_each(|size| *size *= random.between(1.0, 2.0));
+        let b = DVector::from_vec(random.vector(n));
+        let is_of_a_kind = |p: &DVector<f64>| {
+            let w = &meeting.delassus * p + &b;
+            (0..n).all(|k| p[k] > -1e-9 && w[k] > -1e-9 && p[k] * w[k] < 1e-9 * (1.0 + p.amax()))
+        };
+        let of_subset = |subset: usize| {
+            let rows: Vec<usize> = (0..n).filter(|k| subset >> k & 1 == 1).collect();
+            let mut p = DVector::zeros(n);
+            let found =
+                smallest_of_many(&block(&meeting.delassus, &rows), &DVector::from_fn(rows.len(), |i, _| -b[rows[i]]));
+            rows.iter().zip(found.iter()).for_each(|(row, value)| p[*row] = *value);
+            p
+        };
+        // Without one, drives press bodies together.
+        let Some(twin) = (0..1 << n).map(of_subset).find(is_of_a_kind) else {
+            pressed += 1;
+            continue;
+        };
+        let all = of_subset((1 << n) - 1);
+        contradicting += u32::from((&meeting.delassus * all + &b).amax() > 1e-6);
+        let motion = |p: &DVector<f64>| jacobian.transpose() * p;
+        let is_same = |p: &DVector<f64>| (motion(p) - motion(&twin)).amax() < 1e-7 * (1.0 + twin.amax());
+        let candidates = meeting.touching.clone();
+        let decision = Decision { meeting: &meeting, b: &b, candidates: &candidates, none: &meeting.none(1e-9) };
+        let (_, p) = decision.descend().unwrap_or_else(|| panic!("{number}: nothing was decided"));
+        assert!(is_of_a_kind(&p) && is_same(&p), "{number}: {p} {twin}");
+        let found = meeting.at_rest(&b, &candidates, Vec::new(), &meeting.none(1e-9)).unwrap();
+        assert!(is_same(&found.forces) && found.several.is_empty(), "{number}: {:?}", found.several);
+        let start = decision.start(Vec::new());
+        for closed in [Vec::new(), candidates.clone()] {
+            // It may go round in circles.
+            if let Some((_, p)) = decision.pivot(Choice { closed, ..start.clone() }) {
+                assert!(is_of_a_kind(&p) && is_same(&p), "{number}: {p} {twin}");
+                pivoted += 1;
+            }
+        }
+        let (_, p) = decision.search(&start, |_| true).unwrap_or_else(|| panic!("{number}: no choice"));
+        assert!(is_same(&p), "{number}: {p} {twin}");
+    }
+    assert!(pressed > 100 && contradicting > 300, "{pressed} {contradicting}");
+    assert!(pivoted > 3000, "{pivoted}");
+}
+
+/// Contacts with friction whose other bodies move away at will: there is a choice, and it meets the law.
+#[test]
+fn contacts_with_friction_that_drives_move_apart_meet_the_law() {
+    let mut random = Random(41);
+    for number in 0..2000 {
+        let (meeting, jacobian) = at_random(&mut random, 1.0);
+        let n = meeting.touching.len();
+        let mut b = &jacobian * DVector::from_vec(random.vector(3));
+        (0..n).for_each(|k| b[k] += random.between(0.0, 1.0));
+        let none = meeting.none(1e-9);
+        let held = meeting.held(1.0, &b, &none);
+        let found = meeting.at_rest(&b, &meeting.touching, held, &none);
+        let found = found.unwrap_or_else(|| panic!("{number}: nothing was decided"));
+        assert!(off(&meeting, &b, &found.forces) < 1e-7, "{number}: {:.1e}", off(&meeting, &b, &found.forces));
     }
 }
 
