@@ -6,7 +6,7 @@
 
 use std::fmt::Write;
 
-use tiny_http::Request;
+use crate::http::Request;
 
 /// The header that requests of the page carry their token in. A page of another origin cannot set it without being asked for
 /// permission, which is never given.
@@ -61,10 +61,8 @@ impl Guard {
     }
 
     /// Judges a request; `query` is what stands behind the question mark of its address.
-    pub(crate) fn judge(&self, request: &Request, query: &str) -> Result<(), Refusal> {
-        let header = |name: &'static str| {
-            request.headers().iter().find(|header| header.field.equiv(name)).map(|header| header.value.as_str())
-        };
+    pub(crate) fn judge(&self, request: &Request<'_>, query: &str) -> Result<(), Refusal> {
+        let header = |name: &str| request.header(name);
         let own = ["127.0.0.1", "localhost"].map(|name| format!("{name}:{}", self.port));
         if !header("Host").is_some_and(|host| own.iter().any(|own| own == host)) {
             return Err(Refusal::Host);

@@ -10,6 +10,7 @@
 //! | file | content |
 //! |---|---|
 //! | `server.rs` | requests and answers |
+//! | `http.rs` | how they arrive and leave, within bounds |
 //! | `guard.rs` | who is answered: the own page, with its token |
 //! | `check.rs` | what the solver says of a text |
 //! | `runs.rs` | runs in the background |
@@ -21,6 +22,7 @@ mod check;
 mod elements;
 mod file;
 mod guard;
+mod http;
 mod runs;
 mod server;
 

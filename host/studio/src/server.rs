@@ -14,12 +14,10 @@
 //! | `GET /api/data/N,M` | tables and motions of runs |
 //! | `GET /api/report/N,M` | their report |
 
-use std::io::{self, Read};
-use std::net::Ipv4Addr;
+use std::net::{Ipv4Addr, TcpListener, TcpStream};
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::thread;
-use std::time::Duration;
 
 use odyn_catalog::SearchPath;
 use odyn_desk::Scripts;
@@ -27,20 +25,16 @@ use odyn_desk::page::html::page_under;
 use odyn_diagnostics::{Diagnostic, codes};
 use odyn_run::session::RunOptions;
 use serde_json::{Value, json};
-use tiny_http::{Header, Method, Request, Response, Server};
 
 use crate::check::check;
 use crate::elements::elements;
 use crate::file::{NotSaved, SceneFile};
 use crate::guard::{Guard, Refusal};
+use crate::http::{Answer, PAUSE, Request};
 use crate::runs::Runs;
 
-/// Longest text that is taken, bytes.
-const LONGEST: u64 = 16 << 20;
-/// Requests that are answered at the same time.
-const WORKERS: usize = 4;
-/// Time between looks at the flag that ends the studio.
-const PAUSE: Duration = Duration::from_millis(200);
+/// Connections that are open at the same time; browsers open six.
+const CONNECTIONS: usize = 64;
 /// What the page may load: its own scripts and answers.
 const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'unsafe-inline'; img-src data: blob:; connect-src 'self'; \
                       base-uri 'none'; form-action 'none'";
@@ -58,18 +52,11 @@ pub struct Settings {
 
 /// A server that listens already.
 pub struct Studio {
-    server: Server,
+    listener: TcpListener,
     guard: Guard,
     file: SceneFile,
     runs: Runs,
     options: RunOptions,
-}
-
-/// What is sent back.
-struct Answer {
-    status: u16,
-    kind: &'static str,
-    body: String,
 }
 
 impl Answer {
@@ -79,10 +66,6 @@ impl Answer {
 
     fn html(body: String) -> Self {
         Self { status: 200, kind: "text/html; charset=utf-8", body }
-    }
-
-    fn refused(status: u16, words: impl Into<String>) -> Self {
-        Self { status, kind: "text/plain; charset=utf-8", body: words.into() }
     }
 }
 
@@ -101,11 +84,11 @@ impl Studio {
             let help = "name a port that is free with --port, or leave it out";
             Diagnostic::error(codes::NO_STUDIO, format!("the studio cannot be started: {what}")).help(help)
         };
-        let server = Server::http((Ipv4Addr::LOCALHOST, settings.port)).map_err(|error| cannot(&error))?;
-        let port = server.server_addr().to_ip().map_or(settings.port, |address| address.port());
+        let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, settings.port)).map_err(|error| cannot(&error))?;
+        let port = listener.local_addr().map_err(|error| cannot(&error))?.port();
         let guard = Guard::new(port).map_err(|error| cannot(&error))?;
         let runs = Runs::new().map_err(|error| cannot(&error))?;
-        let studio = Self { server, guard, file: SceneFile::new(settings.scene), runs, options: settings.options };
+        let studio = Self { listener, guard, file: SceneFile::new(settings.scene), runs, options: settings.options };
         // A file that cannot be read is reported before a page shows something else in its place.
         studio.file.read()?;
         Ok(studio)
@@ -119,83 +102,87 @@ impl Studio {
 
     /// Answers until the flag is raised.
     pub fn serve(&self, stop: &AtomicBool) {
+        let open = AtomicUsize::new(0);
         thread::scope(|scope| {
-            for _ in 0..WORKERS {
-                scope.spawn(|| {
-                    while !stop.load(Ordering::Relaxed) {
-                        if let Ok(Some(request)) = self.server.recv_timeout(PAUSE) {
-                            self.take(request);
-                        }
+            scope.spawn(|| {
+                for stream in self.listener.incoming() {
+                    if stop.load(Ordering::Relaxed) {
+                        break;
                     }
-                });
+                    let Ok(stream) = stream else {
+                        // Such as too many open files: those that are open end.
+                        thread::sleep(PAUSE);
+                        continue;
+                    };
+                    if open.load(Ordering::Relaxed) < CONNECTIONS {
+                        open.fetch_add(1, Ordering::Relaxed);
+                        scope.spawn(|| {
+                            self.take(stream, stop);
+                            open.fetch_sub(1, Ordering::Relaxed);
+                        });
+                    }
+                }
+            });
+            while !stop.load(Ordering::Relaxed) {
+                thread::sleep(PAUSE);
             }
+            // Whoever waits for a connection gets one.
+            let _ = self.listener.local_addr().and_then(TcpStream::connect);
         });
         self.runs.stop_all();
     }
 
-    fn take(&self, mut request: Request) {
-        let url = request.url().to_owned();
+    fn take(&self, stream: TcpStream, stop: &AtomicBool) {
+        // A defect met in one request leaves the others answered.
+        let answer =
+            || Request::read(&stream, stop).map_or_else(|refused| refused, |request| Some(self.judged(request)));
+        let answer = std::panic::catch_unwind(std::panic::AssertUnwindSafe(answer)).unwrap_or_else(|_| {
+            let words = "A defect of the program was met; the terminal of `odyn studio` has more. Please report it.";
+            Some(Answer::refused(500, words))
+        });
+        if let Some(answer) = answer {
+            answer.send(&stream, stop);
+        }
+    }
+
+    fn judged(&self, mut request: Request<'_>) -> Answer {
+        let url = request.url.clone();
         let (path, query) = url.split_once('?').unwrap_or((&url, ""));
-        let answer = match self.guard.judge(&request, query) {
+        match self.guard.judge(&request, query) {
             // The scripts are no secret, and pages load them without a token.
             Err(Refusal::Token) if path == "/studio.js" => self.answer(&mut request, path, query),
             Err(refusal) => Answer::refused(403, refusal.words()),
-            Ok(()) => {
-                // A defect met in one request leaves the others answered.
-                let answer = || self.answer(&mut request, path, query);
-                std::panic::catch_unwind(std::panic::AssertUnwindSafe(answer)).unwrap_or_else(|_| {
-                    let words =
-                        "A defect of the program was met; the terminal of `odyn studio` has more. Please report it.";
-                    Answer::refused(500, words)
-                })
-            }
-        };
-        let mut response = Response::from_string(answer.body).with_status_code(answer.status);
-        let headers = [
-            ("Content-Type", answer.kind),
-            ("Content-Security-Policy", "frame-ancestors 'none'"),
-            ("Cross-Origin-Resource-Policy", "same-origin"),
-            ("X-Content-Type-Options", "nosniff"),
-            ("Referrer-Policy", "no-referrer"),
-            ("Cache-Control", "no-store"),
-        ];
-        for (name, value) in headers {
-            response.add_header(Header::from_bytes(name, value).expect("plain letters"));
+            Ok(()) => self.answer(&mut request, path, query),
         }
-        // A browser that has gone needs no answer.
-        let _ = request.respond(response);
     }
 
-    fn answer(&self, request: &mut Request, path: &str, query: &str) -> Answer {
+    fn answer(&self, request: &mut Request<'_>, path: &str, query: &str) -> Answer {
         let parts: Vec<&str> = path.trim_matches('/').split('/').collect();
-        let found = match (request.method(), parts.as_slice()) {
-            (Method::Get, [""]) => {
+        let found = match (request.method.as_str(), parts.as_slice()) {
+            ("GET", [""]) => {
                 let body = "<div id=\"studio\"></div>\n<script src=\"/studio.js\"></script>\n";
                 Some(Answer::html(page_under(POLICY, "O-DYN studio", body, "studio")))
             }
-            (Method::Get, ["studio.js"]) => {
+            ("GET", ["studio.js"]) => {
                 Some(Answer { status: 200, kind: "text/javascript; charset=utf-8", body: Scripts::studio().into() })
             }
-            (Method::Get, ["api", "scene"]) => Some(self.scene()),
-            (Method::Get, ["api", "elements"]) => Some(Answer::json(&elements(&self.search(), &self.options))),
-            (Method::Get, ["api", "run", number]) => {
+            ("GET", ["api", "scene"]) => Some(self.scene()),
+            ("GET", ["api", "elements"]) => Some(Answer::json(&elements(&self.search(), &self.options))),
+            ("GET", ["api", "run", number]) => {
                 numbers(number).and_then(|numbers| self.runs.state(*numbers.first()?)).map(|state| Answer::json(&state))
             }
-            (Method::Get, ["api", "data", list]) => numbers(list)
+            ("GET", ["api", "data", list]) => numbers(list)
                 .and_then(|numbers| self.runs.data(&numbers))
                 .map(|body| Answer { status: 200, kind: "text/plain", body }),
-            (Method::Get, ["api", "report", list]) => {
+            ("GET", ["api", "report", list]) => {
                 numbers(list).and_then(|numbers| self.runs.report(&numbers)).map(Answer::html)
             }
-            (Method::Post, ["api", "run", number, "stop"]) => {
+            ("POST", ["api", "run", number, "stop"]) => {
                 numbers(number).and_then(|numbers| self.runs.stop(*numbers.first()?)).map(|()| Answer::json(&json!({})))
             }
-            (Method::Post, ["api", what @ ("check" | "save" | "run")]) => {
+            ("POST", ["api", what @ ("check" | "save" | "run")]) => {
                 let what = (*what).to_owned();
-                Some(match text(request) {
-                    Ok(text) => self.with_text(&what, text, query),
-                    Err(error) => Answer::refused(400, error.to_string()),
-                })
+                Some(request.text().map_or_else(|refused| refused, |text| self.with_text(&what, text, query)))
             }
             _ => None,
         };
@@ -240,14 +227,4 @@ impl Studio {
 /// Numbers of runs, with commas between them.
 fn numbers(list: &str) -> Option<Vec<u64>> {
     list.split(',').map(|number| number.parse().ok()).collect()
-}
-
-/// The text that a request carries.
-fn text(request: &mut Request) -> io::Result<String> {
-    let mut bytes = Vec::new();
-    request.as_reader().take(LONGEST + 1).read_to_end(&mut bytes)?;
-    if bytes.len() as u64 > LONGEST {
-        return Err(io::Error::other(format!("texts may have {} MB at most", LONGEST >> 20)));
-    }
-    String::from_utf8(bytes).map_err(|_| io::Error::other("the text is not UTF-8"))
 }

@@ -120,6 +120,46 @@ fn only_the_own_page_with_its_token_is_answered() {
     assert_eq!(fs::read_to_string(studio.scene()).unwrap(), FALL);
 }
 
+/// What whoever is on the machine may send: the studio takes no more room than it is sent, and stays.
+#[test]
+fn lengths_that_are_only_announced_cost_nothing() {
+    let Some(studio) = Serving::start(Some(FALL)) else { return };
+    let host = format!("127.0.0.1:{}", studio.port());
+    let send = |text: String| {
+        let mut stream = TcpStream::connect(&host).unwrap();
+        stream.write_all(text.as_bytes()).unwrap();
+        stream
+    };
+    let token = format!("X-Odyn-Token: {}\r\n", studio.token());
+    for (known, length, status) in [
+        ("", "999999999999", "403"),
+        ("", "18446744073709551615", "403"),
+        (token.as_str(), "999999999999", "413"),
+        (token.as_str(), "18446744073709551615", "413"),
+        (token.as_str(), "18446744073709551616", "400"),
+        ("", "-1", "400"),
+    ] {
+        let request = format!("POST /api/check HTTP/1.1\r\nHost: {host}\r\n{known}Content-Length: {length}\r\n\r\nabc");
+        // One that leaves at once, and one that waits for the answer.
+        drop(send(request.clone()));
+        let mut stream = send(request);
+        let mut answer = [0; 12];
+        stream.read_exact(&mut answer).unwrap();
+        assert_eq!(String::from_utf8_lossy(&answer), format!("HTTP/1.1 {status}"), "{length}");
+    }
+    let endless = send(format!("GET / HTTP/1.1\r\nX: {}", "x".repeat(70_000)));
+    let idle: Vec<TcpStream> = (0..8).map(|_| send(String::new())).collect();
+    // A text that fits is taken, and one that is cut short is not.
+    assert_eq!(studio.ask("POST", "/api/check", FALL).0, 200);
+    let short = send(format!("POST /api/save?version= HTTP/1.1\r\nHost: {host}\r\n{token}Content-Length: 9\r\n\r\nx"));
+    short.shutdown(std::net::Shutdown::Write).unwrap();
+    let mut answer = String::new();
+    (&short).read_to_string(&mut answer).unwrap();
+    assert!(answer.starts_with("HTTP/1.1 400") && answer.ends_with("shorter than announced"), "{answer}");
+    assert_eq!(fs::read_to_string(studio.scene()).unwrap(), FALL);
+    drop((endless, idle));
+}
+
 #[test]
 fn a_mistake_has_its_place_and_a_scene_its_picture() {
     let Some(studio) = Serving::start(Some(FALL)) else { return };
