@@ -351,7 +351,7 @@ impl Words<'_> {
 
     /// The element that `of` names.
     fn element(&self, record: &OutputRecord, kind: Kind) -> Found<(usize, &Instance)> {
-        let of = required(record, record.of.as_ref(), "of", &format!("the name of a {}", kind.word()))?;
+        let of = required(record, record.of.as_ref(), "of", &format!("the name of a {}", called(kind)))?;
         let instances = &self.elements.instances;
         if let Some(index) = self.elements.find(&of.value, kind) {
             return Ok((index, &instances[index]));
@@ -366,22 +366,35 @@ impl Words<'_> {
                 Kind::Control => ("a control element", "its signals are `value`"),
             };
             let message = format!("`{}` is {article}, of which there is no `{}`", of.value, record.quantity.value);
-            let place = format!("not a {}", kind.word());
+            let place = format!("not a {}", called(kind));
             return Err(Box::new(
                 Diagnostic::error(codes::UNKNOWN_TARGET, message).at(of.span.clone(), place).help(help),
             ));
         }
-        let names: Vec<&str> = instances.iter().filter(|e| e.class.kind == kind).map(|e| e.name.as_str()).collect();
-        let message = format!("there is no {} `{}`", kind.word(), of.value);
-        Err(unknown_word(codes::UNKNOWN_TARGET, &message, of, &names))
+        Err(self.no_element(of, &[kind]))
+    }
+
+    /// There is no element of these kinds that is called so.
+    fn no_element(&self, of: &Spanned<String>, kinds: &[Kind]) -> Box<Diagnostic> {
+        if let Some(off) = switched_off(self.scene, of, "nothing to report") {
+            return off;
+        }
+        let among = self.elements.instances.iter().filter(|e| kinds.contains(&e.class.kind));
+        let names: Vec<&str> = among.map(|e| e.name.as_str()).collect();
+        let what = if let [kind] = kinds { called(*kind) } else { "element" };
+        let message = format!("there is no {what} `{}`", of.value);
+        unknown_word(codes::UNKNOWN_TARGET, &message, of, &names)
     }
 
     /// The force or control element that `of` names.
     fn element_with_values(&self, record: &OutputRecord) -> Found<(usize, &Instance)> {
         let named = |of: &Spanned<String>, kind: Kind| self.elements.find(&of.value, kind).is_some();
-        let kinds = [Kind::Control, Kind::Joint];
-        let kind = kinds.into_iter().find(|kind| record.of.as_ref().is_some_and(|of| named(of, *kind)));
-        self.element(record, kind.unwrap_or(Kind::Force))
+        let of = required(record, record.of.as_ref(), "of", "the name of a force, a joint or a control element")?;
+        let all = [Kind::Control, Kind::Joint, Kind::Force];
+        match all.into_iter().find(|kind| named(of, *kind)) {
+            Some(kind) => self.element(record, kind),
+            None => Err(self.no_element(of, &all)),
+        }
     }
 
     /// The input that `of` names.
@@ -420,6 +433,24 @@ impl Words<'_> {
             )),
         }
     }
+}
+
+/// What elements of this kind are called.
+fn called(kind: Kind) -> &'static str {
+    match kind {
+        Kind::Joint => "joint",
+        Kind::Force => "force",
+        Kind::Control => "control element",
+    }
+}
+
+/// An element that is in the scene and switched off.
+pub(super) fn switched_off(scene: &Scene, name: &Spanned<String>, place: &str) -> Option<Box<Diagnostic>> {
+    let record = scene.elements.iter().find(|record| !record.enabled && record.name.value == name.value)?;
+    let line = scene.source.locate(record.name.span.start).line;
+    let message = format!("the {} `{}` is switched off", record.kind.key(), name.value);
+    let help = format!("it has `enabled = false` (line {line}); leave that away, or what is made of it");
+    Some(Box::new(Diagnostic::error(codes::UNKNOWN_TARGET, message).at(name.span.clone(), place).help(help)))
 }
 
 fn required<'r>(

@@ -10,6 +10,7 @@ use nalgebra::{Matrix3, Vector3};
 use rustc_hash::FxHashMap;
 
 use super::bodies::{Bodies, Target, quoted};
+use super::channels::switched_off;
 use super::together::{needs_distance, origins, together};
 use super::types::{Body, Instance, Marker, rotation};
 use super::{declared, fmus, idle, inertia, margins, parameters, tables};
@@ -84,7 +85,7 @@ pub(super) fn resolve(
             class.kind,
             found,
         );
-        let joints = elements.joints_of(record, &handle, found);
+        let joints = elements.joints_of(scene, record, &handle, found);
         if joints.len() < record.joints.len() {
             continue;
         }
@@ -316,7 +317,13 @@ impl Elements {
     }
 
     /// The joints whose reactions an element takes. They come before it, as all joints come before all forces.
-    fn joints_of(&self, record: &ElementRecord, handle: &ElementHandle, found: &mut Vec<Diagnostic>) -> Vec<usize> {
+    fn joints_of(
+        &self,
+        scene: &Scene,
+        record: &ElementRecord,
+        handle: &ElementHandle,
+        found: &mut Vec<Diagnostic>,
+    ) -> Vec<usize> {
         let class = handle.descriptor();
         if record.joints.len() != class.joints.len() {
             let names: Vec<&str> = class.joints.iter().map(|joint| joint.name.as_str()).collect();
@@ -340,6 +347,10 @@ impl Elements {
         for name in &record.joints {
             if let Some(index) = self.find(&name.value, Kind::Joint) {
                 joints.push(index);
+                continue;
+            }
+            if let Some(off) = switched_off(scene, name, "its reaction is wanted here") {
+                found.push(*off);
                 continue;
             }
             let known: Vec<&str> =

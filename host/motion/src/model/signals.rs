@@ -7,6 +7,7 @@ use element_api::{Descriptor, Kind, NamedInput};
 use rustc_hash::FxHashMap;
 
 use super::bodies::quoted;
+use super::channels::switched_off;
 use super::idle::Zeros;
 use super::moved_rows;
 use super::parameters::dimension_of;
@@ -286,6 +287,12 @@ fn element_channel(
         return Err(Box::new(
             Diagnostic::error(codes::UNKNOWN_CHANNEL, message).at(written.clone(), "unknown").help(help),
         ));
+    }
+    if let Some((element, _)) = name.rsplit_once('.')
+        && let element = (Spanned { value: element.to_owned(), span: written.clone() })
+        && let Some(off) = switched_off(scene, &element, "its signal is wanted here")
+    {
+        return Err(off);
     }
     let mut known: Vec<String> = channels.iter().map(|channel| channel.name.clone()).collect();
     known.extend(scene.inputs.iter().map(|input| input.name.value.clone()));

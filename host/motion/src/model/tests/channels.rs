@@ -37,6 +37,24 @@ fn refused(keys: &str) -> (Code, String) {
     (found[0].code, found[0].span().map_or(String::new(), |span| source[span].to_string()))
 }
 
+/// What is switched off is in the scene, and what there is not is called by what it is.
+#[test]
+fn elements_that_are_switched_off_are_said_to_be() {
+    let said = |keys: &str| {
+        let output = format!("[[output]]\nname = \"o\"\n{}\n", keys.replace("; ", "\n"));
+        let text = scene(&output).replace("name = \"hinge\"", "name = \"hinge\"\nenabled = false");
+        let found = resolved(&text).err().unwrap();
+        assert_eq!(found.len(), 1, "{found:#?}");
+        (found[0].message.clone(), found[0].help.join("; "))
+    };
+    let (message, help) = said("quantity = \"coordinate\"; of = \"hinge\"");
+    assert_eq!(message, "the joint `hinge` is switched off");
+    assert!(help.contains("`enabled = false` (line "), "{help}");
+    assert_eq!(said("quantity = \"value\"; of = \"hinge\"").0, "the joint `hinge` is switched off");
+    assert_eq!(said("quantity = \"coordinate\"; of = \"hing\"").0, "there is no joint `hing`");
+    assert_eq!(said("quantity = \"value\"; of = \"lqr2\"").0, "there is no element `lqr2`");
+}
+
 #[test]
 fn points_are_counted_from_the_centre_of_mass() {
     let found = channel("quantity = \"velocity\"; of = \"a\"; component = \"y\"; point = [3, 0, 2]");
