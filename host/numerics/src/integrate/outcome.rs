@@ -39,6 +39,8 @@ pub enum StopReason {
     StepLimit {
         /// The limit.
         limit: usize,
+        /// For how much time the second half of them went, where steps had become tiny beside those before.
+        crept: Option<f64>,
     },
     /// The error test asks for steps that do not advance time any more.
     #[error("the error tolerance asks for a step of {step:e}, too small to advance the time")]

@@ -19,6 +19,9 @@ const FIFTEEN_DIGITS: f64 = 5e-15;
 /// sum is that of a step, and none would be short enough to know it well.
 const SHORT_FOR_SUMS: f64 = 1e-3;
 
+/// How many times as much time the first half of all steps took as the second, where steps have become tiny.
+const CREEPING: f64 = 100.0;
+
 /// A run in progress: the system, and the bookkeeping around it. Methods call the system through it where it has a way to,
 /// so that work is counted and failures are distinguished the same way everywhere.
 pub struct Run<'a> {
@@ -40,6 +43,8 @@ pub struct Run<'a> {
     next_sample: usize,
     /// The earliest time at which a state cannot be, as far as known.
     barrier: Option<f64>,
+    /// The time at which half of all steps that are allowed were used up.
+    half_way: Option<f64>,
 }
 
 /// How a step that was tried may end, other than well.
@@ -83,6 +88,7 @@ impl<'a> Run<'a> {
             matrices: None,
             matrix_work: 0.0,
             next_sample: 0,
+            half_way: None,
             barrier: None,
         })
     }
@@ -279,12 +285,19 @@ impl<'a> Run<'a> {
     ///
     /// # Errors
     /// [`Trouble::Stop`].
-    pub fn check_step_limit(&self) -> Result<(), Trouble> {
+    pub fn check_step_limit(&mut self) -> Result<(), Trouble> {
         let limit = self.options.max_steps;
-        if self.options.steps_before + self.counters.steps + self.counters.rejected < limit {
+        let taken = self.options.steps_before + self.counters.steps + self.counters.rejected;
+        if taken < limit / 2 {
             return Ok(());
         }
-        Err(Trouble::Stop(StopReason::StepLimit { limit }))
+        let half_way = *self.half_way.get_or_insert(self.t);
+        if taken < limit {
+            return Ok(());
+        }
+        let (before, since) = (half_way - self.span.t_start, self.t - half_way);
+        let crept = (before > CREEPING * since).then_some(since);
+        Err(Trouble::Stop(StopReason::StepLimit { limit, crept }))
     }
 
     /// End of a step of about `h` from here: `t_end` if that is near, half the way if less than

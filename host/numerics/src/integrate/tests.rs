@@ -327,8 +327,25 @@ fn limit_of_steps_is_a_status() {
     let options = Options { max_steps: 20, ..Options::default() };
     let mut y = ARENSTORF_START;
     let outcome = run(&mut dop853(), &mut probe, &mut y, 10.0, &[], &options);
-    assert!(matches!(outcome.status, Status::StoppedEarly { reason: StopReason::StepLimit { limit: 20 }, .. }));
+    assert!(matches!(outcome.status, Status::StoppedEarly { reason: StopReason::StepLimit { limit: 20, .. }, .. }));
     assert_eq!(outcome.counters.steps + outcome.counters.rejected, 20);
+}
+
+/// Steps of one size are only many; those in front of a jump are tiny, and that is said.
+#[test]
+fn a_limit_that_was_used_up_in_no_time_is_told_apart() {
+    let crept = |derivative: fn(f64, &[f64], &mut [f64])| {
+        let mut probe = Probe::new(derivative, 1, 1e-9);
+        let options = Options { max_steps: 2000, max_step: Some(1e-3), ..Options::default() };
+        match run(&mut dop853(), &mut probe, &mut [1.0], 10.0, &[], &options).status {
+            Status::StoppedEarly { reason: StopReason::StepLimit { crept, .. }, .. } => crept,
+            other => panic!("{other:?}"),
+        }
+    };
+    assert_eq!(crept(|_, y, f| f[0] = -y[0]), None);
+    // Dry friction written as a function of the speed: at rest after 0.2.
+    let since = crept(|_, y, f| f[0] = -5.0 * y[0].signum());
+    assert!(since.is_some_and(|since| since < 1e-3), "{since:?}");
 }
 
 #[test]

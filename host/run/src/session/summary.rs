@@ -2,6 +2,8 @@
 
 use std::ops::Range;
 
+use element_api::params::ParamSpec;
+
 use super::checkpoint::Carried;
 use super::error::{SessionError, start_error};
 use super::opened::Session;
@@ -15,7 +17,7 @@ use crate::integrate::{self, IntegrateError, Outcome, StopReason};
 use crate::model::{Channel, Quantity};
 use crate::plan::Plan;
 use crate::results::{Audit, ChannelInfo, LibraryUsed, Remedy, ResultsError, Status, Summary, checksum, significant};
-use crate::scene::{Dimension, ElementKind, ElementRecord, InputSource, OutputRecord, Spanned};
+use crate::scene::{Dimension, ElementKind, ElementRecord, InputSource, OutputRecord, Spanned, parse_unit};
 
 /// Elements that are named where several may be the cause.
 const MOST_NAMED: usize = 6;
@@ -202,13 +204,8 @@ impl Session {
                             summary.reason.push_str(&masses);
                         }
                         if summary.code == Some(codes::TOO_MANY_STEPS) {
-                            let remedy = match summary.stiff_from.filter(|_| summary.method != "auto") {
-                                Some(_) => "; stability limits the steps, not accuracy: `--method auto` takes few",
-                                None => {
-                                    "; raise `max_steps` if the motion is that fast, or look for the element that makes it so"
-                                }
-                            };
-                            summary.reason.push_str(remedy);
+                            let stiff = summary.stiff_from.is_some() && summary.method != "auto";
+                            summary.reason.push_str(&self.many_steps(&reason, stiff));
                         }
                     }
                 }
@@ -227,6 +224,48 @@ impl Session {
                 Some(error)
             }
         }
+    }
+
+    /// What can be done where steps are used up.
+    fn many_steps(&self, reason: &StopReason, stiff: bool) -> String {
+        if let StopReason::StepLimit { crept: Some(since), .. } = reason {
+            let units = &self.scene.units;
+            let since = significant(since / units.factor(Dimension::TIME), 2);
+            let label = units.label(Dimension::TIME);
+            let named = self.jumps_with_speed();
+            let named = if named.is_empty() { named } else { format!(" (here {named})") };
+            return format!(
+                "; half of them went into the last {since} {label}: something jumps there, or switches to and fro. A force that jumps with a \
+                 speed{named} needs a finite width, or is to be friction (`dry-friction`, `joint-friction`, `mu` of a contact), \
+                 which can stick"
+            );
+        }
+        match stiff {
+            true => "; stability limits the steps, not accuracy: `--method auto` takes few".into(),
+            false => "; raise `max_steps` if the motion is that fast, or look for the element that makes it so".into(),
+        }
+    }
+
+    /// Functions of a speed that jump by how they are written: tables with steps, and quotients by a magnitude.
+    fn jumps_with_speed(&self) -> String {
+        let speeds = [Dimension::VELOCITY, Dimension::ANGULAR_VELOCITY];
+        let of_speed = |spec: &ParamSpec| {
+            let argument = spec.unit.split_once("->").map(|(argument, _)| parse_unit(argument.trim()));
+            matches!(argument, Some(Ok((dimension, _))) if speeds.contains(&dimension))
+        };
+        let mut named = Vec::new();
+        for record in self.scene.elements.iter().filter(|record| record.enabled) {
+            let Some(instance) = self.model.elements.iter().find(|one| one.name == record.name.value) else { continue };
+            for spec in instance.class.params.iter().filter(|spec| of_speed(spec)) {
+                let given = record.params.entries.iter().find(|(key, _)| key.value == spec.name);
+                let text = given.and_then(|(_, value)| self.scene.source.slice(value.span.clone())).unwrap_or_default();
+                if text.contains("steps") || text.contains('/') && (text.contains("abs") || text.contains("sqrt")) {
+                    named.push(format!("`{}` of `{}`", spec.name, record.name.value));
+                }
+            }
+        }
+        named.truncate(MOST_NAMED);
+        named.join(", ")
     }
 
     /// A stretch of time, s, on which a pulse could hide.
