@@ -143,6 +143,15 @@ fn judge(values: &[(String, Expr)]) -> syn::Result<()> {
             Symbol::Si => {}
         }
     }
+    judge_choices(values)?;
+    for (least, most) in [("min", "max"), ("min", "below"), ("above", "max"), ("above", "below")] {
+        let (Some((low, _)), Some((high, value))) = (number(least), number(most)) else { continue };
+        let open = least == "above" || most == "below";
+        if low > high || open && low == high {
+            let text = format!("no number fits: `{least}` is {low}, `{most}` is {high}");
+            return Err(syn::Error::new_spanned(value, text));
+        }
+    }
     for what in ["default", "example"] {
         let Some((x, value)) = number(what) else { continue };
         for key in bounds {
@@ -160,6 +169,41 @@ fn judge(values: &[(String, Expr)]) -> syn::Result<()> {
         }
     }
     Ok(())
+}
+
+/// Choices that stand there each once, with the default among them.
+fn judge_choices(values: &[(String, Expr)]) -> syn::Result<()> {
+    let Some((_, Expr::Array(list))) = values.iter().find(|(key, _)| key == "choices") else { return Ok(()) };
+    let texts: Vec<(String, &Expr)> = list.elems.iter().filter_map(|one| Some((text(one)?, one))).collect();
+    if texts.len() < list.elems.len() {
+        return Ok(());
+    }
+    for (k, (choice, place)) in texts.iter().enumerate() {
+        if texts[..k].iter().any(|(other, _)| other == choice) {
+            return Err(syn::Error::new_spanned(place, format!("the choice {choice:?} stands here twice")));
+        }
+    }
+    for (what, value) in values.iter().filter(|(key, _)| key == "default" || key == "example") {
+        if let Some(given) = text(value)
+            && !texts.iter().any(|(choice, _)| *choice == given)
+        {
+            let known: Vec<&str> = texts.iter().map(|(choice, _)| choice.as_str()).collect();
+            let message = format!("the {what} {given:?} is none of the choices: {}", known.join(", "));
+            return Err(syn::Error::new_spanned(value, message));
+        }
+    }
+    Ok(())
+}
+
+/// A text that is written out.
+fn text(value: &Expr) -> Option<String> {
+    match value {
+        Expr::Lit(literal) => match &literal.lit {
+            Lit::Str(text) => Some(text.value()),
+            _ => None,
+        },
+        _ => None,
+    }
 }
 
 /// A number that is written out.

@@ -109,3 +109,29 @@ fn defaults_outside_their_range_are_refused() {
         field(keys).expect(keys);
     }
 }
+
+#[test]
+fn choices_stand_once_and_have_the_default_among_them() {
+    let said = |keys: &str| field(keys).expect_err(keys);
+    assert_eq!(said(r#"choices = ["a", "b", "a"]"#), "the choice \"a\" stands here twice");
+    assert_eq!(said(r#"choices = ["a", "b"], default = "c""#), "the default \"c\" is none of the choices: a, b");
+    assert_eq!(said(r#"choices = ["a"], example = "A""#), "the example \"A\" is none of the choices: a");
+    for keys in [
+        r#"choices = ["a", "b"], default = "b""#,
+        "choices = KNOWN, default = \"c\"",
+        r#"choices = ["a", B], default = "c""#,
+    ] {
+        field(keys).expect(keys);
+    }
+}
+
+#[test]
+fn ranges_that_no_number_fits_are_refused() {
+    for keys in ["min = 5, max = 1", "min = 1, below = 1", "above = 1, max = 1.0", "above = 2, below = -2"] {
+        let said = field(keys).expect_err(keys);
+        assert!(said.starts_with("no number fits"), "{keys}: {said}");
+    }
+    for keys in ["min = 1, max = 1", "above = 1, below = 1.5", "above = LEAST, below = 0"] {
+        field(keys).expect(keys);
+    }
+}
