@@ -338,6 +338,12 @@ fn same_layout(instance: usize, expected: &Layout, found: &Layout) -> Result<(),
     Err(Fault { instance, message })
 }
 
+/// What an element declares and does not give, by its name where it has one.
+fn not_given(instance: usize, what: &str, number: usize, named: Option<&ChannelSpec>) -> Fault {
+    let name = named.map_or_else(|| number.to_string(), |spec| format!("`{}`", spec.name));
+    Fault { instance, message: format!("declares {what} {name}, but does not give it") }
+}
+
 fn unknown_memory(instance: usize) -> impl FnOnce(String) -> Fault {
     move |message| Fault { instance, message }
 }

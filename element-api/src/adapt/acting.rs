@@ -10,6 +10,7 @@ trait Acting<T: Element>: 'static {
     const JOINTS: usize;
     const CHANNELS: &'static [ChannelSpec];
     const CHECKS: &'static [ChannelSpec];
+    const STATES: &'static [ChannelSpec];
     fn initial_states(element: &T) -> Vec<f64>;
     fn initial_memory(element: &T) -> Vec<f64>;
     fn sample_period(element: &T) -> Option<f64>;
@@ -40,6 +41,7 @@ impl<T: Force> Acting<T> for AsForce {
     const JOINTS: usize = T::JOINTS.len();
     const CHANNELS: &'static [ChannelSpec] = T::CHANNELS;
     const CHECKS: &'static [ChannelSpec] = T::CHECKS;
+    const STATES: &'static [ChannelSpec] = T::STATES;
     fn initial_states(element: &T) -> Vec<f64> {
         element.initial_states()
     }
@@ -86,6 +88,7 @@ impl<T: Control> Acting<T> for AsControl {
     const JOINTS: usize = 0;
     const CHANNELS: &'static [ChannelSpec] = T::OUTPUTS;
     const CHECKS: &'static [ChannelSpec] = T::CHECKS;
+    const STATES: &'static [ChannelSpec] = T::STATES;
     fn initial_states(element: &T) -> Vec<f64> {
         element.initial_states()
     }
@@ -273,12 +276,13 @@ impl<T: Element, K: Acting<T>> ElementSet for ActingSet<T, K> {
             return Err(Fault { instance, message });
         }
         if let Some((what, k)) = forgotten {
-            let name = match what {
-                "channel" => format!("`{}`", K::CHANNELS[k].name),
-                "check" => format!("`{}`", K::CHECKS[k].name),
-                _ => k.to_string(),
+            let named = match what {
+                "channel" => K::CHANNELS.get(k),
+                "check" => K::CHECKS.get(k),
+                "the rate of state" => K::STATES.get(k),
+                _ => None,
             };
-            return Err(Fault { instance, message: format!("declares {what} {name}, but does not give it") });
+            return Err(not_given(instance, what, k, named));
         }
         recording.initial_states = K::initial_states(&entry.element);
         recording.initial_discrete = K::initial_memory(&entry.element);

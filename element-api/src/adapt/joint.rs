@@ -262,7 +262,12 @@ impl<T: Constraint> ElementSet for JointSet<T> {
         recording.initial_states = entry.element.initial_states();
         recording.initial_discrete = entry.element.initial_memory();
         if let Some((what, k)) = forgotten_value {
-            return Err(Fault { instance, message: format!("declares {what} {k}, but does not give it") });
+            let named = match what {
+                "channel" => T::CHANNELS.get(k),
+                "discrete state" => None,
+                _ => T::STATES.get(k),
+            };
+            return Err(not_given(instance, what, k, named));
         }
         let message = match forgotten.map(|k| (k, T::ROWS.get(k))) {
             None => match forgotten_rate {

@@ -5,6 +5,7 @@ mod batches;
 mod broken;
 mod documentation;
 mod expressions;
+mod forgotten;
 mod functions;
 mod interpolations;
 mod joints;
