@@ -277,6 +277,8 @@ fn a_study_leaves_its_table_and_has_the_code_of_its_first_failure() {
     let ran = scratch.odyn("study brick.toml --vary brick.mass=1,-1 --json").ends_with(3);
     assert_eq!(ran.json()["rows"][1][2], "failed");
     assert!(ran.err().contains("brick.mass=-1: failed"), "{}", ran.err());
+    let ran = scratch.odyn("study brick.toml --vary brick.mass=1,2 -o brick.toml").ends_with(8);
+    assert!(ran.err().contains("ODY0801"), "{}", ran.err());
     let ran = scratch.odyn("study brick.toml --vary brick.mass").ends_with(2);
     assert!(ran.err().contains("no `=`"), "{}", ran.err());
 }

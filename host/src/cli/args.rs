@@ -295,6 +295,9 @@ Examples:
   odyn elements describe revolute
   odyn elements describe odyn-forces/translational-spring-damper --json")]
     Describe(Deferred<DescribeArgs>),
+    /// The name of an element type, as `describe` takes it
+    #[command(external_subcommand)]
+    Named(Vec<String>),
 }
 
 #[derive(Debug, Subcommand)]

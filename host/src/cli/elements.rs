@@ -9,7 +9,7 @@ use element_api::params::{ParamKind, ParamSpec};
 use serde::Serialize;
 
 use odyn::catalog::{Catalog, CatalogError, ElementHandle, SearchPath};
-use odyn::diagnostics::suggest;
+use odyn::diagnostics::{Diagnostic, codes, suggest};
 use odyn::model::Catalogue;
 
 use super::args::{DescribeArgs, PlacesArgs};
@@ -75,6 +75,17 @@ pub(super) fn list(args: &PlacesArgs) -> Result<u8, Failure> {
     }
     terminal::print(&text)?;
     Ok(exit::DONE)
+}
+
+/// `odyn elements NAME`, which is as clear as `odyn elements describe NAME`.
+pub(super) fn named(words: &[String]) -> Result<u8, Failure> {
+    if let [name] = words {
+        let places = PlacesArgs { plugins: Vec::new(), json: false };
+        return describe(&DescribeArgs { name: name.clone(), places });
+    }
+    let message = format!("`odyn elements` does not know `{}`", words.join(" "));
+    let help = "write `odyn elements list`, or `odyn elements describe NAME` with options behind it";
+    Err(Failure::new(Diagnostic::error(codes::UNKNOWN_WORD, message).help(help)).exit(exit::USAGE))
 }
 
 /// Shows one element type. The libraries that provide it are opened.

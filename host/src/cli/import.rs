@@ -121,6 +121,12 @@ pub(super) fn import(args: &ImportArgs) -> Result<u8, Failure> {
     let imported = import::read(&args.file, folder, &options)
         .map_err(|refused| Failure::of_source(exit::FILES, refused.diagnostics, &refused.source))?;
     match &args.output {
+        Some(file) if !folder.as_os_str().is_empty() && !folder.is_dir() => {
+            let [file, folder] = [file.as_path(), folder].map(|path| shown(&path.display().to_string()).into_owned());
+            let message = format!("cannot write `{file}`: there is no folder `{folder}`");
+            let help = "make the folder, or write elsewhere with `-o FILE`";
+            return Err(Failure::new(Diagnostic::error(codes::CANNOT_WRITE, message).help(help)));
+        }
         None => terminal::print(&imported.scene)?,
         Some(file) if file.exists() && !args.force => {
             let message = format!("{} is there already", shown(&file.display().to_string()));

@@ -47,11 +47,11 @@ fn points(args: &StudyArgs) -> Result<Points, Diagnostic> {
     }
 }
 
-/// Options that do not fit, unless the message is about a file, or about what the scene does not have.
+/// What does not fit in the options is a matter of usage; all else ends as its message does.
 fn refused(diagnostic: Diagnostic) -> Failure {
-    let own = [codes::CANNOT_READ_RESULTS, codes::UNKNOWN_CHANNEL].contains(&diagnostic.code);
+    let of_options = [codes::BAD_OVERRIDE, codes::BAD_SERIES, codes::CANNOT_GO_ON].contains(&diagnostic.code);
     let failure = Failure::new(diagnostic);
-    if own { failure } else { failure.exit(exit::USAGE) }
+    if of_options { failure.exit(exit::USAGE) } else { failure }
 }
 
 /// The outputs that are kept over time.

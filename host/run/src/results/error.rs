@@ -94,7 +94,7 @@ impl ResultsError {
         match self {
             Self::Write { cause, .. } => match cause.kind() {
                 io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
-                    "make room on the disk, or write elsewhere with `-o DIR`; the rows up to here are kept"
+                    "make room on the disk, or write elsewhere with `-o DIR`"
                 }
                 io::ErrorKind::PermissionDenied | io::ErrorKind::ReadOnlyFilesystem => {
                     "choose a folder that may be written with `-o DIR`"
@@ -106,7 +106,7 @@ impl ResultsError {
                     "a folder stands where the file is needed; choose another one with `-o DIR`"
                 }
                 io::ErrorKind::FileTooLarge => {
-                    "files may not grow that large here; write elsewhere with `-o DIR`; the rows up to here are kept"
+                    "files may not grow that large here; write elsewhere with `-o DIR`"
                 }
                 io::ErrorKind::WouldBlock => "wait until that run is over, or write elsewhere with `-o DIR`",
                 io::ErrorKind::NotFound => {

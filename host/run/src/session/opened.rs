@@ -139,6 +139,8 @@ impl Session {
     }
 
     pub(super) fn files_error(&self, error: &ResultsError) -> SessionError {
-        SessionError::one(&self.scene.source, error.diagnostic())
+        let diagnostic = error.diagnostic();
+        let kept = matches!(error, ResultsError::Write { .. }).then(|| "the rows up to here are kept".to_owned());
+        SessionError::one(&self.scene.source, diagnostic.help_if(kept))
     }
 }
