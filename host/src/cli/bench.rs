@@ -7,7 +7,7 @@ use odyn::bench::{LEVELS, Machine, Point, Report, Runner, Setting, Settings, rea
 use odyn::diagnostics::{Diagnostic, codes, suggest};
 use odyn::integrate;
 use odyn::results::significant;
-use odyn::session::{DEFAULT_METHOD, RunOptions, Session};
+use odyn::session::DEFAULT_METHOD;
 
 use super::args::BenchArgs;
 use super::choices;
@@ -28,11 +28,6 @@ pub(super) fn bench(args: &BenchArgs) -> Result<u8, Failure> {
             let diagnostic = Diagnostic::error(codes::UNREADABLE, format!("cannot read the measurements in {message}"));
             Failure::new(diagnostic)
         })?);
-    }
-    // What cannot be opened is said once, and not for each setting.
-    let options = RunOptions { plugins: args.plugins.clone(), ..RunOptions::default() };
-    for scene in &scenes {
-        Session::open(scene, &options)?;
     }
     let runner = Runner::new(settings(args)?);
     choices::tell(scenes.iter().map(|scene| scene.as_path()), &[], &args.plugins);

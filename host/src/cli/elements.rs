@@ -78,7 +78,7 @@ pub(super) fn list(args: &PlacesArgs) -> Result<u8, Failure> {
 }
 
 /// `odyn elements NAME`, which is as clear as `odyn elements describe NAME`.
-pub(super) fn named(words: &[String]) -> Result<u8, Failure> {
+pub(super) fn by_name(words: &[String]) -> Result<u8, Failure> {
     if let [name] = words {
         let places = PlacesArgs { plugins: Vec::new(), json: false };
         return describe(&DescribeArgs { name: name.clone(), places });

@@ -179,7 +179,7 @@ fn dispatch(command: &Command) -> Result<u8, Failure> {
         Command::Plan(args) => inspect::plan(args),
         Command::Elements { command: ElementsCommand::List(args) } => elements::list(args),
         Command::Elements { command: ElementsCommand::Describe(args) } => elements::describe(args),
-        Command::Elements { command: ElementsCommand::Named(words) } => elements::named(words),
+        Command::Elements { command: ElementsCommand::Named(words) } => elements::by_name(words),
         Command::Plugin { command: PluginCommand::Pack(args) } => store::pack(args),
         Command::Plugin { command: PluginCommand::Add(args) } => store::add(args),
         Command::Plugin { command: PluginCommand::Remove(args) } => store::remove(args),

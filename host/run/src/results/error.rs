@@ -105,9 +105,7 @@ impl ResultsError {
                 io::ErrorKind::IsADirectory => {
                     "a folder stands where the file is needed; choose another one with `-o DIR`"
                 }
-                io::ErrorKind::FileTooLarge => {
-                    "files may not grow that large here; write elsewhere with `-o DIR`"
-                }
+                io::ErrorKind::FileTooLarge => "files may not grow that large here; write elsewhere with `-o DIR`",
                 io::ErrorKind::WouldBlock => "wait until that run is over, or write elsewhere with `-o DIR`",
                 io::ErrorKind::NotFound => {
                     "the file or its folder is not there any more; leave it alone while a run continues, or write elsewhere \
