@@ -211,7 +211,7 @@ fn of_contacts_that_move_apart_one_holds() {
             let scales = order.map(|k| [1.0, second][k]);
             let b = DVector::from_vec(order.map(|k| [-9.81, second * (-9.81 - apart)][k]).to_vec());
             let mut meeting = meeting(2, &DMatrix::from_row_slice(2, 1, &scales), &[1.0]);
-            let top = order.iter().position(|k| *k == 1).unwrap();
+            let top = order.iter().position(|k| *k == 1).expect("both are there");
             meeting.sizes[top] *= size;
             let found = meeting.at_rest(&b, &[0, 1], Vec::new(), &meeting.none(1e-9)).expect("it is decided");
             assert_eq!(found.closed, [top], "{second} {apart} {order:?}");
@@ -219,7 +219,8 @@ fn of_contacts_that_move_apart_one_holds() {
             assert!(found.several.is_empty(), "{second} {apart} {order:?}");
             // The same from all that is closed.
             let decision = Decision { meeting: &meeting, b: &b, candidates: &[0, 1], none: &meeting.none(1e-9) };
-            let (choice, _) = decision.pivot(Choice { closed: vec![0, 1], ..decision.start(Vec::new()) }).unwrap();
+            let (choice, _) =
+                decision.pivot(Choice { closed: vec![0, 1], ..decision.start(Vec::new()) }).expect("it is decided");
             assert_eq!(choice.closed, [top], "{second} {apart} {order:?}");
         }
     }
@@ -269,7 +270,7 @@ fn contacts_that_drives_move_are_decided_as_trying_all_choices_does() {
         let decision = Decision { meeting: &meeting, b: &b, candidates: &candidates, none: &meeting.none(1e-9) };
         let (_, p) = decision.descend().unwrap_or_else(|| panic!("{number}: nothing was decided"));
         assert!(is_of_a_kind(&p) && is_same(&p), "{number}: {p} {twin}");
-        let found = meeting.at_rest(&b, &candidates, Vec::new(), &meeting.none(1e-9)).unwrap();
+        let found = meeting.at_rest(&b, &candidates, Vec::new(), &meeting.none(1e-9)).expect("it is decided");
         assert!(is_same(&found.forces) && found.several.is_empty(), "{number}: {:?}", found.several);
         let start = decision.start(Vec::new());
         for closed in [Vec::new(), candidates.clone()] {
