@@ -382,12 +382,13 @@ impl<'a> Simulation<'a> {
             // Where there is no answer, the first step will fail, too.
             shaken = self.floor.shaken((t, state), self.formulation.as_mut()).unwrap_or(shaken);
         }
-        self.floor.measure((t, state), (duration, self.scales.far), self.formulation.as_mut());
+        self.scales.anticipate_rest(duration);
+        let sizes = (duration, self.scales.far, self.scales.speed_scale());
+        self.floor.measure((t, state), sizes, self.formulation.as_mut());
         self.formulation.forget_since(&traces);
         if rests {
             self.floor.balance(load, shaken, model);
         }
-        self.scales.anticipate_rest(duration);
         let lightest = model.bodies.iter().map(|body| body.mass).reduce(f64::min).unwrap_or(0.0);
         self.least_energy = (0.5 * lightest * slowest.powi(2)).max(OF_LOADS * load * length);
         self.audit.count_from(self.least_energy);

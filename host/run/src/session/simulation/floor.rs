@@ -174,15 +174,19 @@ impl Floor {
     /// Measures the noise of accelerations at the start, `far` from the origin, m: what fourth differences of them are along a short line
     /// of positions, of which nothing that is smooth is left (Hamming, Numerical Methods for Scientists and Engineers, 2nd ed. 1973, ch. 10;
     /// More & Wild, "Estimating computational noise", SIAM J. Sci. Comput. 33 (2011) 1292). The line begins beside the start, where there
-    /// may be a kink. From here on [`Floor::of_speeds`] knows that, as long as the scene moves by little in a `duration`, s.
+    /// may be a kink. From here on [`Floor::of_speeds`] knows that, as long as the scene moves by little in a `duration`, s: where its speed is
+    /// larger already, there is nothing to measure.
     pub(super) fn measure(
         &mut self,
         (t, y): (f64, &[f64]),
-        (duration, far): (f64, f64),
+        (duration, far, speed): (f64, f64, f64),
         formulation: &mut dyn Formulation,
     ) {
-        let groups = formulation.groups().to_vec();
         self.slow = LITTLE * far / duration;
+        if speed > self.slow {
+            return;
+        }
+        let groups = formulation.groups().to_vec();
         self.unit = [f64::EPSILON * far, f64::EPSILON];
         let mut draw = SplitMix64::new(1);
         let line: Vec<f64> = groups
