@@ -156,10 +156,11 @@ pub struct Descriptor {
 }
 
 impl Descriptor {
-    /// Sizes that no sensible element has would make the host allocate without bound.
+    /// Sizes that no sensible element has would make the host allocate without bound; of two things of one name a scene reaches
+    /// only the first.
     ///
     /// # Errors
-    /// Which size is too large.
+    /// Which size is too large, and what is declared twice.
     pub fn check(&self) -> Result<(), String> {
         const MOST: usize = 1000;
         let sizes = [
@@ -183,6 +184,12 @@ impl Descriptor {
         if self.parallel_axes.iter().flatten().any(|frame| *frame >= self.frames.len()) {
             return Err(format!("`{}` declares parallel axes of frames that it does not have", self.name));
         }
+        if let Some((what, name)) = self.declared_twice() {
+            return Err(format!(
+                "`{}` declares two {what} with the name `{name}`; a scene reaches each by its name",
+                self.name
+            ));
+        }
         match sizes.iter().find(|(_, count)| *count > MOST) {
             Some((what, count)) => Err(format!("`{}` declares {count} {what}; at most {MOST}", self.name)),
             None if self.more_frames.is_some() && self.most_frames <= self.frames.len() => Err(format!(
@@ -193,6 +200,27 @@ impl Descriptor {
             )),
             None => Ok(()),
         }
+    }
+
+    /// A name that two things of one kind have.
+    fn declared_twice(&self) -> Option<(&'static str, &str)> {
+        fn named(list: &[Named]) -> Vec<&str> {
+            list.iter().map(|one| one.name.as_str()).collect()
+        }
+        let lists = [
+            ("frames", named(&self.frames)),
+            ("rows", self.rows.iter().map(String::as_str).collect()),
+            ("inputs", self.inputs.iter().map(|one| one.name.as_str()).collect()),
+            ("joints", named(&self.joints)),
+            ("channels", named(&self.channels)),
+            ("values", named(&self.values)),
+            ("states", named(&self.states)),
+            ("unknowns", named(&self.unknowns)),
+            ("checks", named(&self.checks)),
+            ("parameters", self.params.iter().map(|one| one.name.as_str()).collect()),
+        ];
+        let twice = |names: &[&str]| (1..names.len()).find(|k| names[..*k].contains(&names[*k]));
+        lists.into_iter().find_map(|(what, names)| twice(&names).map(|k| (what, names[k])))
     }
 
     /// The values that it reports, for the quantity `value`: those of a joint besides its coordinates.

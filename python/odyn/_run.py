@@ -64,7 +64,7 @@ class Event(NamedTuple):
     """s"""
     element: str
     kind: str
-    """`impact`, `closes`, `opens`, `sticks`, `slides`, `releases`, `switches`, `indeterminate` or `ambiguous`."""
+    """`impact`, `closes`, `opens`, `sticks`, `slides`, `creeps`, `releases`, `switches`, `indeterminate` or `ambiguous`."""
     row: str
     rate_before: float
     """m/s for a distance; of impacts."""

@@ -27,6 +27,7 @@ pub(crate) fn summary(source: &Source, several: bool) -> String {
         (EventKind::Opens, "opens"),
         (EventKind::Sticks, "sticks"),
         (EventKind::Slides, "slides"),
+        (EventKind::Creeps, "creeps"),
         (EventKind::Releases, "releases"),
         (EventKind::Switches, "switches"),
     ];

@@ -26,6 +26,8 @@ use indeterminate::Bearing;
 pub use indeterminate::{Holder, Indeterminate};
 pub use shares::{Balance, Shares};
 
+use std::cell::Cell;
+
 use nalgebra::{DMatrix, DVector};
 
 use super::constraints::{Constraints, mass_values};
@@ -136,6 +138,8 @@ pub struct Meeting {
     pub shared: Vec<Holder>,
     /// Share of the size of speeds below which frictions in a plane are at rest: errors of velocities, whose direction means nothing.
     pub still: f64,
+    /// Iterations for directions of sliding that are left.
+    turns: Cell<usize>,
     restitution: Vec<f64>,
     sizes: Vec<f64>,
     /// Delassus' matrix of bodies that all have the same mass: what rows have to do with each other, as a question of geometry.
@@ -286,14 +290,15 @@ impl Contacts {
         &self.frictions
     }
 
-    /// Contacts that touch where [`Contacts::look`] looked last, and frictions with the limit of each, and whether it stuck.
+    /// Contacts that touch where [`Contacts::look`] looked last, and frictions with the limit of each, whether it stuck, and the speed
+    /// that it creeps with, if it does.
     ///
     /// # Errors
     /// Rows that have no solution there.
     pub fn meeting(
         &self,
         touching: &[usize],
-        limits: impl Fn(usize) -> (f64, bool),
+        limits: impl Fn(usize) -> (f64, bool, Option<f64>),
         velocities: &[f64],
     ) -> Result<Meeting, AnalysisError> {
         let mut rows = Vec::new();
@@ -309,13 +314,14 @@ impl Contacts {
             if contact == Some(None) || self.gone[self.contacts.len() + number] {
                 continue;
             }
-            let (limit, stuck) = limits(number);
+            let (limit, stuck, creeps) = limits(number);
             let own = rows.len()..rows.len() + friction.rows.len();
             grips.push(Grip {
                 number,
                 limit,
                 contact: contact.flatten(),
                 stuck,
+                creeps: creeps.filter(|_| friction.rows.len() > 1),
                 moves: false,
                 rows: own.collect(),
                 only: None,
@@ -360,6 +366,7 @@ impl Contacts {
             work: 0.0,
             shared: Vec::new(),
             still: 0.0,
+            turns: Cell::new(friction::MOST_IN_ALL),
             rows,
             first,
             delassus,

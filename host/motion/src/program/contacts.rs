@@ -134,7 +134,8 @@ impl Equations {
         });
         let directions = still.flat_map(move |friction| {
             let first = directions + friction.direction_at;
-            first..first + friction.rows.len()
+            let creeps = usize::from(friction.rows.len() > 1);
+            first..first + friction.rows.len() + creeps
         });
         self.open.iter().map(move |row| multipliers + row).chain(directions)
     }

@@ -7,6 +7,9 @@
 //!
 //! the same for v and -v, so that the equations are smooth where the sliding comes to its end: steps end there. After every step
 //! d is what e was. Where d is zero, nothing slides. s is a speed as small as the errors of velocities, kept behind d.
+//!
+//! Where s is below zero and d is zero, two rows creep: e = v / sqrt(v^2 + s^2), which is what slides but for speeds below s, where friction
+//! is viscous. Nothing happens to such rows: they neither come to rest nor begin to slide.
 
 use element_api::recording::Role;
 use odyn_graph::Node;
@@ -27,7 +30,8 @@ pub struct Friction {
     pub limit: Node,
     /// The number of that contact.
     pub contact: Option<usize>,
-    /// Where the direction of each row is among the discrete states; behind those of two rows, the speed below which it is none.
+    /// Where the direction of each row is among the discrete states; behind those of two rows, the speed below which it is none, with
+    /// a minus where they creep.
     pub direction_at: usize,
     /// Rates of the rows.
     pub rates: Vec<Node>,
@@ -158,8 +162,12 @@ impl Equations {
             friction.multipliers.push(multiplier);
         }
         if friction.rows.len() > 1 {
-            let still = friction.direction_at + 2;
-            self.next_discrete[still] = self.graph.input(layout.discrete_slot() + still);
+            let still = self.graph.input(layout.discrete_slot() + friction.direction_at + 2);
+            for k in 0..2 {
+                let next = self.next_discrete[friction.direction_at + k];
+                self.next_discrete[friction.direction_at + k] = self.graph.select(still, zero, zero, next);
+            }
+            self.next_discrete[friction.direction_at + 2] = still;
         }
         self.power = self.graph.sub(self.power, heat);
         self.power = self.graph.add(self.power, driven);
@@ -183,7 +191,7 @@ impl Equations {
         let minus = g.neg(e);
         let across = sum(g, [d, w], [minus, v]);
         let still = g.input(first + 2);
-        let nothing = g.constant(NOTHING);
+        let (zero, nothing) = (g.constant(0.0), g.constant(NOTHING));
         let square = sum(g, [along, along], [still, still]);
         let square = g.add(square, nothing);
         let product = g.mul(across, along);
@@ -195,6 +203,12 @@ impl Equations {
         let size = g.sqrt(size);
         let x = sum(g, [d, one], [r, minus]);
         let y = sum(g, [e, one], [r, d]);
-        vec![g.div(x, size), g.div(y, size)]
+        let slides = [g.div(x, size), g.div(y, size)];
+        let speed = sum(g, [v, v], [w, w]);
+        let speed = sum(g, [still, still], [speed, one]);
+        let speed = g.add(speed, nothing);
+        let speed = g.sqrt(speed);
+        let creeps = [g.div(v, speed), g.div(w, speed)];
+        creeps.into_iter().zip(slides).map(|(creeps, slides)| g.select(still, zero, creeps, slides)).collect()
     }
 }

@@ -30,6 +30,8 @@ pub enum EventKind {
     Sticks,
     /// It begins to slide, or to slide the other way.
     Slides,
+    /// From here on it creeps: friction is viscous below the errors of velocities, since it stuck and slid over and over.
+    Creeps,
     /// A joint or a force lets go of its bodies, for good; the row says what decided.
     Releases,
     /// The memory of an element jumps; the row says to what.
@@ -50,6 +52,7 @@ impl EventKind {
             Self::Opens => "opens",
             Self::Sticks => "sticks",
             Self::Slides => "slides",
+            Self::Creeps => "creeps",
             Self::Releases => "releases",
             Self::Switches => "switches",
             Self::Indeterminate => "indeterminate",

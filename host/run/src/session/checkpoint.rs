@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::options::{Afterwards, RunOptions};
 use super::restart::{Format, Restart};
-use super::simulation::{Extremes, Pressed};
+use super::simulation::{Creep, Extremes, Pressed};
 use crate::catalog::{LibraryInfo, sha256};
 use crate::diagnostics::{Diagnostic, Source, codes};
 use crate::results::{AuditRecord, CHECKPOINT_FILE, Kept, ResultsError, Summary, Written, remove, seal, unseal};
@@ -136,6 +136,9 @@ pub struct Carried {
     /// The largest reactions of contacts lately: see `levels.rs`.
     #[serde(default)]
     pub(super) pressed: Pressed,
+    /// Frictions that creep, and what is known of how they change.
+    #[serde(default)]
+    pub(super) creep: Creep,
     /// Reactions of contacts that were reported as indeterminate.
     #[serde(default)]
     pub(super) open_loads: Vec<usize>,

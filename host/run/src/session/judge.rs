@@ -121,6 +121,18 @@ impl Session {
         let released = Event::first(&events, EventKind::Releases).into_iter();
         summary.releases = released.map(|([joint, by], time)| Released { joint, time: time / unit, by }).collect();
         summary.releases.sort_by(|a, b| a.time.total_cmp(&b.time));
+        let creeps = Event::first(&events, EventKind::Creeps);
+        if let Some(first) = creeps.iter().map(|(_, time)| *time).reduce(f64::min) {
+            let names: Vec<String> = creeps.into_iter().map(|([name, _], _)| format!("`{name}`")).collect();
+            summary.warnings.push(format!(
+                "{}: friction of {} sticks and slides over and over without getting anywhere (from t = {} {} on): it creeps instead, \
+                 by no more than errors of velocities",
+                codes::FRICTION_CREEPS,
+                names.join(", "),
+                significant(first / unit, 6),
+                self.scene.units.label(Dimension::TIME),
+            ));
+        }
         let open = Event::first(&events, EventKind::Indeterminate);
         // When the first of these parts of a load was open; all where no part is named.
         let since = |element: usize, part: Option<&str>| {

@@ -154,7 +154,7 @@ impl Session {
             let nodes = equations.pressing(&layout);
             Part::near(formulation.as_ref(), &equations, &nodes, &layout)
         });
-        Ok((Mode { closed: closed.to_vec(), formulation, rows, pressing }, equations))
+        Ok((Mode { closed: closed.to_vec(), formulation, rows, pressing, has_jacobian: offer_jacobian }, equations))
     }
 
     /// What is decided from equations at a place.
@@ -316,6 +316,7 @@ impl Run<'_> {
     fn settle_contacts(&mut self) -> Result<(), Met> {
         let t = self.time;
         let mut closed = self.system.meet(t, &mut self.state)?;
+        self.system.want_jacobian(self.wants_jacobian());
         loop {
             if !self.system.adopt(&closed, t, &self.state)? {
                 self.make_mode(&closed)?;
@@ -329,6 +330,11 @@ impl Run<'_> {
         }
     }
 
+    /// Whether what integrates may ask for a Jacobian; while friction slides, whether it is likely to.
+    fn wants_jacobian(&self) -> bool {
+        self.method.may_use_jacobian() || self.while_sliding.is_some() && self.system.may_be_stiff()
+    }
+
     fn make_mode(&mut self, closed: &[usize]) -> Result<(), Met> {
         let t = self.time;
         let state = self.system.place(&self.session.model, t, &self.state)?;
@@ -336,7 +342,7 @@ impl Run<'_> {
         (place.working, place.references, place.discrete) = (state.working, state.references, state.discrete);
         self.session.model.sets = self.system.lend_sets();
         let coordinates = if self.system.formulation().is_joint() { "joint" } else { "cartesian" };
-        let made = self.session.mode(closed, coordinates, (t, place), self.method.may_use_jacobian());
+        let made = self.session.mode(closed, coordinates, (t, place), self.wants_jacobian());
         match made {
             Ok((mode, equations)) => Ok(self.system.take_mode(mode, &equations, t, &self.state)?),
             Err(error) => {

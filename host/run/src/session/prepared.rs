@@ -174,6 +174,7 @@ impl Prepared {
             system.memories_continue();
         }
         if fixed_step.is_none() {
+            system.may_creep();
             watching.periods = (system.clocks().periods().collect(), t_end);
         }
         let state = system.start(t_start, &session.assembly).map_err(|e| session.cannot_start(e, t_start))?;

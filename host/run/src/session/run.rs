@@ -16,6 +16,9 @@ use crate::integrate::{self, IntegrateError, Integrator, Options, Outcome, Span,
 use crate::results::significant;
 use crate::scene::Dimension;
 
+/// What integrates while frictions in a plane slide or creep, which may be stiff however slow it is, where no method is asked for.
+const WHILE_SLIDING: &str = "auto";
+
 /// Times this many roundings apart are the same.
 const SAME_TIME: f64 = 8.0 * f64::EPSILON;
 
@@ -117,6 +120,8 @@ pub struct Run<'a> {
     pub(super) session: Session,
     pub(super) system: Simulation<'a>,
     pub(super) method: Box<dyn Integrator>,
+    /// What takes its place while frictions in a plane slide or creep, where none was asked for.
+    pub(super) while_sliding: Option<Box<dyn Integrator>>,
     /// What is integrated, at the last accepted time.
     pub(super) state: Vec<f64>,
     /// That time, s.
@@ -156,11 +161,14 @@ impl<'a> Run<'a> {
         options: Options,
         sample_times: Vec<f64>,
     ) -> Self {
+        let is_asked_for = session.scene.simulation.method.is_some() || options.fixed_step.is_some();
+        let while_sliding = if is_asked_for { None } else { session.options.methods.make(WHILE_SLIDING) };
         Self {
             time: session.begins.time,
             session,
             system,
             method,
+            while_sliding,
             state,
             options,
             sample_times,
@@ -251,7 +259,12 @@ impl<'a> Run<'a> {
             let ahead = &self.sample_times[self.system.samples().min(self.sample_times.len())..];
             let due = ahead.partition_point(|time| *time <= to);
             let span = Span { t_start: self.time, t_end: to, sample_times: &ahead[..due] };
-            let outcome = self.method.integrate(&mut self.system, &mut self.state, &span, &self.options)?;
+            let sliding = self.while_sliding.as_mut().filter(|_| self.system.slides_in_plane());
+            let method = sliding.unwrap_or(&mut self.method);
+            let outcome = method.integrate(&mut self.system, &mut self.state, &span, &self.options)?;
+            if outcome.counters.stiff_from.is_some() {
+                self.system.was_stiff();
+            }
             self.options.steps_before += outcome.counters.steps + outcome.counters.rejected;
             self.counters += outcome.counters;
             match outcome.status {

@@ -1,6 +1,7 @@
 //! [`Simulation`]: the equations of motion as the integrators see them, with samples, audit and memory between steps.
 
 mod contacts;
+mod creep;
 mod entry_sizes;
 mod floor;
 mod frictions;
@@ -22,6 +23,7 @@ mod watch;
 
 pub(super) use self::contacts::Mode;
 use self::contacts::Touch;
+pub(super) use self::creep::Creep;
 use self::entry_sizes::EntrySizes;
 use self::floor::Floor;
 pub(super) use self::latched::Jumped;

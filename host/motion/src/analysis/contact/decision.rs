@@ -271,10 +271,19 @@ impl Decision<'_> {
         None
     }
 
+    /// Whether directions would have to be found, and no iterations are left for that.
+    fn gives_up(&self, choice: &Choice) -> bool {
+        let turns = |one: &Held| !one.moves && self.grip(one).rows.len() > 1;
+        self.meeting.is_exhausted() && choice.held.iter().any(turns)
+    }
+
     pub(super) fn pivot(&self, mut choice: Choice) -> Option<(Choice, DVector<f64>)> {
         let most = 100 * (self.candidates.len() + choice.held.len() + 1);
         let mut seen: HashMap<(Vec<usize>, Vec<bool>), usize> = HashMap::new();
         for _ in 0..most {
+            if self.gives_up(&choice) {
+                return None;
+            }
             let (p, w) = self.outcome(&mut choice);
             let Choice { closed, held, wide } = &mut choice;
             let mut sorted = closed.clone();
@@ -318,7 +327,8 @@ impl Decision<'_> {
         start: &Choice,
         is_wanted: impl Fn(&DVector<f64>) -> bool,
     ) -> Option<(Choice, DVector<f64>)> {
-        self.choices(start, MOST_CHOICES).find_map(|mut choice| {
+        let goes_on = |choice: &Choice| !self.gives_up(choice);
+        self.choices(start, MOST_CHOICES).take_while(goes_on).find_map(|mut choice| {
             let (p, w) = self.outcome(&mut choice);
             let Choice { closed, held, .. } = &choice;
             let pulls = closed.iter().any(|k| self.pulls(*k, &p));

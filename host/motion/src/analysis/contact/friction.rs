@@ -18,6 +18,8 @@ use super::{Meeting, RANK_TOLERANCE, Shares};
 
 /// Iterations for the direction of sliding in a plane, and how well it is known then.
 const MOST_TURNS: usize = 2000;
+/// The same of all choices at one instant together: what takes more is not found that way.
+pub(super) const MOST_IN_ALL: usize = 20_000;
 const TURNED: f64 = 1e-14;
 /// As many of them, and directions are turned at once: by so many of Newton's steps, with slopes over a small turn, none larger than a large
 /// one, and what is left then by round-off.
@@ -46,6 +48,8 @@ pub struct Grip {
     pub stuck: bool,
     /// Whether it moves, however slowly: see [`Meeting::lets_move`].
     pub moves: bool,
+    /// The speed, m/s, that it creeps with at a good half of its limit, where it does: it neither sticks nor comes to rest.
+    pub creeps: Option<f64>,
     pub(super) rows: Vec<usize>,
     /// The only direction in which other rows let it move, if there is but one of two.
     pub(super) only: Option<[f64; 2]>,
@@ -202,11 +206,41 @@ impl Meeting {
         })
     }
 
-    /// Where a grip slides to, if it moves.
+    /// Where a grip slides to, if it moves; what creeps does, with a direction that is shorter the slower it is.
     pub(super) fn moving(&self, grip: &Grip, speed: f64) -> Option<[f64; 2]> {
+        if let Some(creeps) = grip.creeps {
+            let [x, y] = pair(&grip.rows, |row| self.rates[row]);
+            let size = norm([norm([x, y]), creeps * grip.largest(|row| self.sizes[row])]);
+            // Nothing that sticks, also where it stands still.
+            return Some([x / size + f64::MIN_POSITIVE, y / size]);
+        }
         let none = self.no_slip(grip, speed);
         let rates = grip.motion(pair(&grip.rows, |row| self.rates[row]), none);
         (norm(rates) > none).then(|| unit(rates))
+    }
+
+    /// Whether directions of sliding were given up.
+    #[must_use]
+    pub fn is_exhausted(&self) -> bool {
+        self.turns.get() == 0
+    }
+
+    /// Numbers of the grips that have to do with one of them, itself among them.
+    #[must_use]
+    pub fn coupled(&self, number: usize) -> Vec<usize> {
+        let Some(own) = self.grips.iter().find(|grip| grip.number == number) else { return Vec::new() };
+        let is_in = |rows: &Vec<usize>, grip: &Grip| rows.binary_search(&grip.rows[0]).is_ok();
+        let with = |rows: &&Vec<usize>| is_in(rows, own);
+        let block = self.blocks.iter().find(with).into_iter();
+        block.flat_map(|rows| self.grips.iter().filter(|grip| is_in(rows, grip)).map(|grip| grip.number)).collect()
+    }
+
+    /// How fast the rows of a grip gain speed with a pattern, where they have these accelerations while all contacts are open, m/s^2.
+    #[must_use]
+    pub fn gain(&self, number: usize, pattern: &Pattern, of_rows: &DVector<f64>) -> f64 {
+        let w = &self.delassus * &pattern.forces + of_rows;
+        let own = self.grips.iter().find(|grip| grip.number == number);
+        own.map_or(0.0, |grip| norm(pair(&grip.rows, |row| w[row] / self.sizes[row])))
     }
 
     /// Where those that slide in a plane do so by now, as far as they move.
@@ -393,6 +427,9 @@ impl Meeting {
     pub(super) fn forces(&self, b: &DVector<f64>, closed: &[usize], held: &mut [Held]) -> DVector<f64> {
         let mut p = self.forces_for(b, closed, held);
         for turn in 1..=MOST_TURNS {
+            if self.turns.get() == 0 {
+                break;
+            }
             let w = &self.delassus * &p + b;
             let mut turned = 0.0_f64;
             for place in self.turning(closed, held) {
@@ -413,6 +450,7 @@ impl Meeting {
             if turned == 0.0 {
                 break;
             }
+            self.turns.update(|turns| turns.saturating_sub(1));
             if turn.is_multiple_of(FEW_TURNS) && turned >= TURNED {
                 self.turn_at_once(b, closed, held);
             }
@@ -441,6 +479,7 @@ impl Meeting {
         let given: Vec<[f64; 2]> = places.iter().map(|place| held[*place].direction).collect();
         // How far each rate is from its direction, and whether all are along it.
         let off = |held: &[Held]| -> (DVector<f64>, bool) {
+            self.turns.update(|turns| turns.saturating_sub(1));
             let p = self.forces_for(b, closed, held);
             let w = &self.delassus * &p + b;
             let of = |place: &usize| {
@@ -531,7 +570,22 @@ impl Meeting {
 
     /// The impulses of an impact of some contacts together, and what was decided for its compression; `unit` is the speed that is none.
     pub(super) fn struck(&self, together: &[usize], unit: f64) -> Option<(DVector<f64>, Pattern)> {
-        let (held, none) = (self.held_in_impact(together, unit / super::NO_SPEED), self.none(FINER * unit));
+        let speed = unit / super::NO_SPEED;
+        let held = self.held_in_impact(together, speed);
+        self.struck_with(together, unit, held.clone()).or_else(|| {
+            // Against the sliding before it, where nothing better is found.
+            let moves = |mut one: Held| {
+                let moving = self.moving(&self.grips[one.grip], speed);
+                one.moves = true;
+                one.direction = moving.unwrap_or([f64::MIN_POSITIVE, 0.0]);
+                one
+            };
+            self.struck_with(together, unit, held.into_iter().map(moves).collect())
+        })
+    }
+
+    fn struck_with(&self, together: &[usize], unit: f64, held: Vec<Held>) -> Option<(DVector<f64>, Pattern)> {
+        let none = self.none(FINER * unit);
         let pattern = match together {
             [_] => self.complementary(&self.rates, together, held.clone(), &none)?,
             _ => self.at_rest(&self.rates, together, held.clone(), &none)?,

@@ -1,3 +1,5 @@
+use std::cell::Cell;
+
 use nalgebra::{DMatrix, DVector};
 
 use super::decision::{Choice, Decision};
@@ -33,6 +35,7 @@ fn touching(points: &[Point], inertia: f64) -> (Meeting, DMatrix<f64>) {
             rows: vec![n + k],
             only: None,
             moves: false,
+            creeps: None,
             fixed: false,
         };
         grip.look(&meeting.geometry, &meeting.sizes);
@@ -57,6 +60,7 @@ fn meeting(n: usize, jacobian: &DMatrix<f64>, gives_way: &[f64]) -> Meeting {
         work: 0.0,
         shared: Vec::new(),
         still: 0.0,
+        turns: Cell::new(super::friction::MOST_IN_ALL),
         bearing: Default::default(),
         blocks: vec![(0..rows).collect()],
         around: vec![1.0; rows],

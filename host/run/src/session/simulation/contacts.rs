@@ -1,5 +1,6 @@
 //! Unilateral rows during a run: where steps must end, and which rows are enforced from then on. What happens there: `settle.rs`.
 
+use super::creep::Creep;
 use super::frictions::{Shared, Sliding};
 use super::latched::Latched;
 use super::levels::{Pressed, TOUCHING};
@@ -35,6 +36,8 @@ pub(in crate::session) struct Mode {
     pub(in crate::session) rows: Constraints,
     /// See [`Equations::pressing`]; of what is closed.
     pub(in crate::session) pressing: Option<Part>,
+    /// Whether a Jacobian was offered.
+    pub(in crate::session) has_jacobian: bool,
 }
 
 /// The contacts of a scene.
@@ -46,6 +49,9 @@ pub(super) struct Touch {
     elements: Vec<String>,
     /// Those that are closed now, ascending.
     pub(super) closed: Vec<usize>,
+    /// Whether the equations in use offer a Jacobian, and those are to that are taken next.
+    has_jacobian: bool,
+    wants_jacobian: bool,
     /// Those that were closed when events were reported last.
     pub(super) told: Vec<usize>,
     /// Loads that were reported as open: see [`Simulation::open_loads`].
@@ -83,6 +89,8 @@ pub(super) struct Touch {
     pub(super) sizes: Vec<f64>,
     /// What contacts have pressed with.
     pub(super) pressed: Pressed,
+    /// Frictions that creep.
+    pub(super) creep: Creep,
     /// Below what force of each of these nothing is decided by it, where they met last.
     pub(super) undecided: Vec<f64>,
     /// Size of gravity, m/s^2, and the weights of bodies, six each.
@@ -119,6 +127,8 @@ impl Touch {
             names: equations.switching_rows().map(name).collect(),
             elements: model.elements.iter().map(|element| element.name.clone()).collect(),
             closed: Vec::new(),
+            has_jacobian: false,
+            wants_jacobian: false,
             told: Vec::new(),
             open_loads: Vec::new(),
             others: Vec::new(),
@@ -139,6 +149,7 @@ impl Touch {
             sizes: vec![1.0; contacts.len() + frictions.len()],
             contacts: Contacts::new(equations, model, layout, length)?,
             pressed: Pressed::default(),
+            creep: Creep::default(),
             undecided: vec![0.0; contacts.len() + frictions.len()],
             gravity: model.gravity.norm(),
             weights: weights(model),
@@ -219,7 +230,9 @@ fn weights(model: &Model) -> Vec<f64> {
 impl Simulation<'_> {
     /// Number of quantities that must not become negative.
     pub(super) fn stop_count(&self) -> usize {
-        let of_touch = self.touch.as_ref().map_or(0, |touch| touch.levels.len() + touch.releases.count());
+        let count =
+            |touch: &Touch| touch.levels.len() + touch.releases.count() + usize::from(touch.creep.is_possible());
+        let of_touch = self.touch.as_ref().map_or(0, count);
         of_touch + self.latched.as_ref().map_or(0, Latched::count)
     }
 
@@ -230,6 +243,8 @@ impl Simulation<'_> {
         self.left_until_jumps(t, y, jumps)?;
         let Some(touch) = &mut self.touch else { return Ok(()) };
         let (values, left) = values.split_at_mut(touch.levels.len());
+        let (left, creeps) = left.split_at_mut(touch.releases.count());
+        creeps.fill(touch.creep.left(t));
         if touch.closed.len() < values.len() {
             touch.open_values(self.formulation.as_mut(), &mut self.observed, &self.discrete, (t, y), values)?;
         }
@@ -274,6 +289,12 @@ impl Simulation<'_> {
         }
         if let Some(passed) = self.passed(&values) {
             return Err(passed);
+        }
+        let least = self.same() * self.scales.length_scale();
+        if let Some(touch) = &mut self.touch {
+            let first = touch.first_friction();
+            let speeds = values[first..].iter().zip(&touch.gradients[first..]).map(|(rate, size)| rate / size);
+            touch.creep.note(t, speeds, least);
         }
         self.limits(t, state)?;
         self.watch_idle(t, state)
@@ -340,11 +361,16 @@ impl Simulation<'_> {
         touch.met_at = t;
         touch.pressed.meet(touch.at_once > 0);
         let (before, is_endless) = (touch.closed.clone(), touch.at_once > MOST_AT_ONCE);
+        let stuck: Vec<usize> = before.iter().filter_map(|k| k.checked_sub(touch.first_friction())).collect();
         // Everything is said from where all contacts are open, and nothing slides.
         let slid = self.sliding();
         self.let_slide(&Sliding::new());
         self.adopt(&[], t, state)?;
-        let result = if is_endless { Err(self.endless(t, state)) } else { self.settle(t, state, &slid) };
+        let all: Vec<usize> = slid.iter().map(|(number, _)| *number).chain(stuck).collect();
+        let result = match is_endless && !self.let_creep(&all, t) {
+            true => Err(self.endless(t, state)),
+            false => self.settle(t, state, &slid),
+        };
         if result.is_err() {
             self.let_slide(&slid);
             self.adopt(&before, t, state)?;
@@ -382,6 +408,8 @@ impl Simulation<'_> {
         events.extend(before.iter().filter(now).filter(|k| !closed.contains(k)).map(|k| event(EventKind::Opens, *k)));
         let frictions = touch.frictions_told((&before, closed), (slid, sliding));
         events.extend(frictions.into_iter().map(|(kind, k)| event(kind, k)));
+        let creep = touch.creep.untold();
+        events.extend(creep.into_iter().map(|number| touch.event(t, EventKind::Creeps, first + number)));
         self.send(&events)
     }
 
@@ -390,29 +418,52 @@ impl Simulation<'_> {
         self.touch.as_ref().map_or(&[], |touch| &touch.told)
     }
 
-    /// The largest reactions that they have given lately.
-    pub(super) fn pressed(&self) -> Pressed {
-        self.touch.as_ref().map_or_else(Pressed::default, |touch| touch.pressed.clone())
+    /// The largest reactions that they have given lately, and which frictions creep.
+    pub(super) fn pressed(&self) -> (Pressed, Creep) {
+        self.touch.as_ref().map_or_else(Default::default, |touch| (touch.pressed.clone(), touch.creep.clone()))
     }
 
-    /// Those that were closed where the run was left, and what they had pressed with.
-    pub(in crate::session) fn contacts_were(&mut self, closed: &[usize], pressed: &Pressed) {
+    /// Those that were closed where the run was left, what they had pressed with, and which frictions crept.
+    pub(in crate::session) fn contacts_were(&mut self, closed: &[usize], pressed: &Pressed, creep: &Creep) {
         if let Some(touch) = &mut self.touch {
             touch.told = closed.to_vec();
             touch.pressed = pressed.clone();
+            if touch.creep.is_possible() {
+                touch.creep = creep.clone();
+            }
         }
     }
 
-    /// Takes the equations in which these contacts are closed, if they are at hand.
+    /// Frictions that change over and over creep from here on: where steps have error control.
+    pub(in crate::session) fn may_creep(&mut self) {
+        if let Some(touch) = &mut self.touch
+            && touch.contacts.frictions().iter().any(|friction| friction.rows.len() > 1)
+        {
+            touch.creep = Creep::of(touch.contacts.frictions().len());
+        }
+    }
+
+    /// Whether equations with closed contacts are to offer a Jacobian from here on.
+    pub(in crate::session) fn want_jacobian(&mut self, wanted: bool) {
+        if let Some(touch) = &mut self.touch {
+            touch.wants_jacobian = wanted;
+        }
+    }
+
+    /// Takes the equations in which these contacts are closed, if they are at hand, with a Jacobian if that is wanted.
     ///
     /// # Errors
     /// See [`AnalysisError`].
     pub(in crate::session) fn adopt(&mut self, closed: &[usize], t: f64, state: &[f64]) -> Result<bool, AnalysisError> {
         let Some(touch) = &mut self.touch else { return Ok(true) };
-        if touch.closed == closed {
+        let wanted = touch.wants_jacobian;
+        let fits = |own: &[usize], has_jacobian| own == closed && (closed.is_empty() || has_jacobian == wanted);
+        if fits(&touch.closed, touch.has_jacobian) {
             return Ok(true);
         }
-        let Some(place) = touch.others.iter().position(|(mode, _)| mode.closed == closed) else { return Ok(false) };
+        let Some(place) = touch.others.iter().position(|(mode, _)| fits(&mode.closed, mode.has_jacobian)) else {
+            return Ok(false);
+        };
         let (mode, values) = touch.others.remove(place);
         let working = self.working_state(t, state)?;
         self.change(mode, values, &working);
@@ -421,7 +472,7 @@ impl Simulation<'_> {
 
     /// Takes other equations; `working` is where it is.
     fn change(&mut self, mode: Mode, values: Option<RowValues>, working: &[f64]) {
-        let Mode { closed, mut formulation, rows, pressing } = mode;
+        let Mode { closed, mut formulation, rows, pressing, has_jacobian } = mode;
         let mut sets = Vec::new();
         self.formulation.trade_sets(&mut sets);
         formulation.trade_sets(&mut sets);
@@ -431,6 +482,7 @@ impl Simulation<'_> {
             formulation: std::mem::replace(&mut self.formulation, formulation),
             rows: std::mem::replace(&mut self.rows, rows),
             pressing: std::mem::replace(&mut touch.pressing, pressing),
+            has_jacobian: std::mem::replace(&mut touch.has_jacobian, has_jacobian),
         };
         touch.others.push((was, std::mem::replace(&mut self.values, values)));
         // Frictions of many joints stick in ever other combinations.

@@ -34,14 +34,15 @@ impl Touch {
         self.contacts.contacts().len()
     }
 
-    /// Those that slide with these discrete states.
+    /// Those that slide with these discrete states; those that creep have no direction there.
     pub(super) fn sliding(&self, discrete: &[f64]) -> Sliding {
         let frictions = self.contacts.frictions().iter().enumerate();
+        let creeps = |one: &crate::program::Friction| one.rows.len() > 1 && discrete[one.direction_at + 2] < 0.0;
         let direction = |(number, friction): (usize, &crate::program::Friction)| {
             let mut direction = [0.0; 2];
             let own = discrete[friction.direction_at..].iter().take(friction.rows.len());
             direction.iter_mut().zip(own).for_each(|(x, value)| *x = *value);
-            (direction != [0.0; 2]).then_some((number, direction))
+            (direction != [0.0; 2] || creeps(friction)).then_some((number, direction))
         };
         frictions.filter_map(direction).collect()
     }
@@ -126,9 +127,10 @@ impl Touch {
         let sticks = closed.iter().filter(|k| **k >= first && !before.contains(k)).map(|k| (EventKind::Sticks, *k));
         let begins = |(number, [x, y]): &(usize, [f64; 2])| {
             let was = were.iter().find(|(other, _)| other == number);
-            was.is_none_or(|(_, [u, v])| x * u + y * v < 0.0)
+            was.is_none_or(|(_, [u, v])| x * u + y * v < 0.0 || [*u, *v] == [0.0; 2])
         };
-        let slides = are.iter().filter(|one| begins(one)).map(|(number, _)| (EventKind::Slides, first + number));
+        let slides = are.iter().filter(|(number, _)| self.creep.speed_of(*number).is_none());
+        let slides = slides.filter(|one| begins(one)).map(|(number, _)| (EventKind::Slides, first + number));
         sticks.chain(slides).collect()
     }
 }
@@ -153,7 +155,9 @@ impl Simulation<'_> {
         let is_turned = now.iter().zip(&*gradients).any(|(now, was)| (now - was).abs() > TURNS * largest);
         let Some(pattern) = pattern.as_ref().filter(|_| is_turned) else { return Ok(()) };
         let holds = &touch.holds;
-        let meeting = touch.contacts.meeting(touching, |number| (holds[number].1, true), &velocities)?;
+        let creep = &touch.creep;
+        let limit = |number: usize| (holds[number].1, true, creep.speed_of(number));
+        let meeting = touch.contacts.meeting(touching, limit, &velocities)?;
         touch.shares = meeting.shares(pattern, speed);
         left_out.iter().for_each(|[contact, friction]| touch.shares.leave_out(*contact, *friction));
         *gradients = now;
@@ -173,12 +177,15 @@ impl Simulation<'_> {
             return;
         }
         for (number, friction) in touch.contacts.frictions().iter().enumerate() {
-            let direction = sliding.iter().find(|(other, _)| *other == number).map_or([0.0; 2], |(_, found)| *found);
+            let slides = sliding.iter().find(|(other, _)| *other == number);
+            let creeps = slides.and_then(|_| touch.creep.speed_of(number));
+            let direction = slides.filter(|_| creeps.is_none()).map_or([0.0; 2], |(_, found)| *found);
             let own = friction.direction_at..friction.direction_at + friction.rows.len();
             let behind = own.end;
             self.discrete[own].iter_mut().zip(direction).for_each(|(slot, x)| *slot = x);
             if friction.rows.len() > 1 {
-                self.discrete[behind] = still;
+                let size = touch.gradients[touch.first_friction() + number];
+                self.discrete[behind] = creeps.map_or(still, |speed| -speed * size);
             }
         }
         self.tell_discrete();

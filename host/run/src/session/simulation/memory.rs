@@ -17,7 +17,7 @@ impl<'a> Simulation<'a> {
         self.scales.widen(&Scales { length, way: carried.way, speed, spin, energy, ..own });
         self.state_sizes.carry_on(&carried.state_sizes);
         self.audit = Audit::from(&carried.audit);
-        self.contacts_were(&carried.closed, &carried.pressed);
+        self.contacts_were(&carried.closed, &carried.pressed, &carried.creep);
         self.open_loads_were(&carried.open_loads);
         if let Some(margins) = &mut self.margins {
             margins.carry_on(&carried.margins);
@@ -29,6 +29,7 @@ impl<'a> Simulation<'a> {
         let Scales { length, way, speed, spin, energy, .. } = self.scales;
         // The last step may have been cut to end where it had to; the one before it then says more.
         let step = self.last_steps[0].max(self.last_steps[1]);
+        let (pressed, creep) = self.pressed();
         Carried {
             scales: [length, speed, spin, energy],
             way,
@@ -37,7 +38,8 @@ impl<'a> Simulation<'a> {
             step: (step > 0.0).then_some(step),
             steps_tried: 0,
             closed: self.closed_contacts().to_vec(),
-            pressed: self.pressed(),
+            pressed,
+            creep,
             released: self.released(),
             open_loads: self.open_loads().to_vec(),
             margins: self.margins.as_ref().map(|margins| margins.found().to_vec()).unwrap_or_default(),
@@ -113,7 +115,7 @@ impl<'a> Simulation<'a> {
         self.scales = Scales { length, way: saved.carried.way, speed, spin, energy, ..self.scales };
         self.state_sizes.carry_on(&saved.carried.state_sizes);
         self.audit = Audit::from(&saved.carried.audit);
-        self.contacts_were(&saved.carried.closed, &saved.carried.pressed);
+        self.contacts_were(&saved.carried.closed, &saved.carried.pressed, &saved.carried.creep);
         self.open_loads_were(&saved.carried.open_loads);
         self.forget_bounds();
         self.look_at_memories_anew();

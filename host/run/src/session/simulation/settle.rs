@@ -23,6 +23,11 @@ struct Jump {
     change: Vec<f64>,
 }
 
+/// The frictions of a meeting.
+fn numbers(meeting: &Meeting) -> Vec<usize> {
+    meeting.grips.iter().map(|grip| grip.number).collect()
+}
+
 impl Simulation<'_> {
     /// Lets contacts strike and decides which are closed from here on, where all are open and nothing slides; `slid` did before.
     ///
@@ -31,11 +36,17 @@ impl Simulation<'_> {
     pub(super) fn settle(&mut self, t: f64, state: &mut [f64], slid: &Sliding) -> Result<Vec<usize>, AnalysisError> {
         let mut strikes: Vec<Strike> = Vec::new();
         let mut slid = slid.clone();
+        let mut grips: Vec<usize> = Vec::new();
+        self.end_creeping(t);
         for round in 0..MOST_ROUNDS {
             let Some((mut meeting, mut jump)) = self.meeting(t, state)? else { return Ok(Vec::new()) };
             if meeting.touching.is_empty() && meeting.grips.is_empty() {
                 self.report_events(t, &strikes, &[], (&slid, &Sliding::new()), 0.0)?;
                 return Ok(Vec::new());
+            }
+            let stalled = self.touch.as_mut().and_then(|touch| touch.creep.take_stalled(t));
+            if stalled.is_some_and(|number| self.let_creep(&meeting.coupled(number), t)) {
+                continue;
             }
             let speed = self.speed();
             if round == 0 {
@@ -55,7 +66,7 @@ impl Simulation<'_> {
             }
             match &pattern {
                 Some(pattern) => meeting.come_to_rest(pattern, &accelerations, speed),
-                None if meeting.seize(speed) => {}
+                None if meeting.seize(speed) || self.let_creep(&numbers(&meeting), t) => {}
                 None => return Err(self.undecided(&meeting, &accelerations, speed)),
             }
             self.give_velocities(t, state, &meeting, &mut jump)?;
@@ -66,7 +77,16 @@ impl Simulation<'_> {
             strikes.append(&mut meeting.strikes);
             let Some(pattern) = pattern else { continue };
             let approaches = (0..meeting.touching.len()).any(|k| meeting.approaches(k, speed));
+            grips = numbers(&meeting);
             if !approaches && !meeting.slides_back(&pattern, speed) {
+                let gains = |number: usize| meeting.gain(number, &pattern, &accelerations);
+                let mut creeping = self.chattering(t, (&meeting, &pattern), gains, &slid);
+                if meeting.is_exhausted() {
+                    creeping.extend(&grips);
+                }
+                if self.let_creep(&creeping, t) {
+                    continue;
+                }
                 let closed = self.take_pattern(&meeting, &pattern, speed);
                 self.report_events(t, &strikes, &closed, (&slid, &pattern.sliding), speed)?;
                 let mut open = meeting.indeterminate(&pattern, &accelerations, speed).unwrap_or_default();
@@ -74,6 +94,9 @@ impl Simulation<'_> {
                 self.report_indeterminate(t, &meeting.touching, &open)?;
                 return Ok(closed);
             }
+        }
+        if self.let_creep(&grips, t) {
+            return self.settle(t, state, &slid);
         }
         Err(self.endless(t, state))
     }
@@ -113,7 +136,8 @@ impl Simulation<'_> {
         let strikes = |gap: &ContactGap| gap.apart() <= same * length && comes(gap);
         let touching: Vec<usize> = (0..gaps.len()).filter(|k| touches(&gaps[*k]) || strikes(&gaps[*k])).collect();
         let first = touch.first_friction();
-        let limit = |number: usize| (limits[number], touch.told.contains(&(first + number)));
+        let (told, creep) = (&touch.told, &touch.creep);
+        let limit = |number: usize| (limits[number], told.contains(&(first + number)), creep.speed_of(number));
         let mut meeting = touch.contacts.meeting(&touching, limit, &velocities)?;
         meeting.still = same;
         let change = vec![0.0; velocities.len()];
