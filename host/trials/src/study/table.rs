@@ -216,13 +216,14 @@ impl StudyTable {
             std::iter::once(&self.columns).chain(begun).map(|row| &row[..shown.min(row.len())]).collect();
         // What went wrong is long and goes to the end of its line.
         let problem = self.leading - 1;
-        let kept: Vec<usize> = (0..rows[0].len()).filter(|column| *column != problem).collect();
         let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
+        let kept = (0..rows[0].len()).filter(|column| *column != problem);
+        let kept: Vec<(usize, usize)> = kept.map(|column| (column, width(column))).collect();
         let mut text = String::new();
         for (k, row) in rows.iter().enumerate() {
             let mut line = String::new();
-            for column in &kept {
-                line.push_str(&format!("{:>w$}  ", row[*column], w = width(*column)));
+            for (column, width) in &kept {
+                line.push_str(&format!("{:>width$}  ", row[*column]));
             }
             if k > 0 {
                 line.push_str(&row[problem]);

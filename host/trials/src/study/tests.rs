@@ -112,6 +112,19 @@ fn the_last_key_changes_fastest_and_failures_stay_with_their_runs() {
     assert!(study.any_results().is_ok());
 }
 
+/// And no cell costs a look through all rows, of which there are many here.
+#[test]
+fn the_overview_of_many_runs_has_its_columns_under_each_other() {
+    let columns = ["run", "speed", "status", "problem", "figure.way [m]"].map(String::from).to_vec();
+    let row =
+        |k: usize| [&k.to_string(), &(k as f64 / 7.0).to_string(), "completed", "", "1"].map(String::from).to_vec();
+    let table = StudyTable { columns, rows: (1..=20_000).map(row).collect(), leading: 4, figures: 1 };
+    let text = table.overview();
+    let title = text.lines().next().unwrap();
+    assert!(title.ends_with("figure.way [m]"), "{title}");
+    assert_eq!(text.lines().filter(|line| line.len() == title.len()).count(), 20_001);
+}
+
 #[test]
 fn a_study_without_any_result_is_an_error() {
     let scene = ball("none");
