@@ -118,9 +118,9 @@ pub(super) fn warn_of_unused(root: &RawTable, parameters: &Parameters, diagnosti
     if parameters.is_empty() {
         return;
     }
-    let mut words = HashSet::new();
-    collect_words(root, &mut words);
-    for parameter in parameters.iter().filter(|parameter| !words.contains(parameter.name.as_str())) {
+    let mut unused: HashSet<&str> = parameters.iter().map(|parameter| parameter.name.as_str()).collect();
+    take_words(root, &mut unused);
+    for parameter in parameters.iter().filter(|parameter| unused.contains(parameter.name.as_str())) {
         let name = &parameter.name;
         diagnostics.push(
             Diagnostic::warning(codes::UNUSED_PARAMETER, format!("nothing uses the parameter `{name}`"))
@@ -130,14 +130,15 @@ pub(super) fn warn_of_unused(root: &RawTable, parameters: &Parameters, diagnosti
     }
 }
 
-/// Everything in the texts of a table that could be the name of a parameter.
-fn collect_words<'t>(table: &'t RawTable, words: &mut HashSet<&'t str>) {
+/// Takes away the names that stand in the texts of a table.
+fn take_words(table: &RawTable, names: &mut HashSet<&str>) {
     let mut open: Vec<&RawValue> = table.entries.iter().map(|(_, value)| value).collect();
-    while let Some(value) = open.pop() {
+    while let Some(value) = open.pop().filter(|_| !names.is_empty()) {
         match &value.kind {
             RawKind::Text(text) => {
-                let parts = text.split(|c: char| !(c.is_alphanumeric() || matches!(c, '_' | '.')));
-                words.extend(parts.map(|word| word.trim_matches('.')));
+                for word in text.split(|c: char| !(c.is_alphanumeric() || matches!(c, '_' | '.'))) {
+                    names.remove(word.trim_matches('.'));
+                }
             }
             RawKind::Array(items) => open.extend(items),
             RawKind::Table(inner) => open.extend(inner.entries.iter().map(|(_, value)| value)),

@@ -155,6 +155,9 @@ fn curve_of<'a>(class: &'a Descriptor, params: &Params, table: &Table) -> Curve<
 
 /// The tables that results look up, each with the operation of its argument, ascending.
 fn tables_of(recording: &Recording, results: impl IntoIterator<Item = u32>) -> Vec<(usize, u32)> {
+    if recording.tables.is_empty() {
+        return Vec::new();
+    }
     let table = |(_, op)| if let Op::Table(table, argument) = op { Some((table as usize, argument)) } else { None };
     let mut used: Vec<(usize, u32)> = operations_behind(recording, results).into_iter().filter_map(table).collect();
     used.sort_unstable();
