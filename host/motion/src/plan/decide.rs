@@ -145,27 +145,37 @@ pub struct Plan {
     open: Vec<OpenPlace>,
 }
 
-impl Plan {
-    /// Decides from the model and its Jacobian at the assembled position.
-    ///
-    /// `sparse_health` tries the sparse engine on a choice of rows, with values of the mass matrix, and reports how well that went.
-    /// `no_choice`: why all rows are for the rank-safe engine whatever that finds, if they are.
-    ///
-    /// # Errors
-    /// When the mass matrix is not positive definite or a number is not finite.
-    pub fn decide(
+/// What the joints determine at a place of the motion: what of a [`Plan`] changes on the way.
+#[derive(Debug, Clone)]
+pub struct Determinacy {
+    /// As [`Plan::health`].
+    pub health: Health,
+    independent_rows: Vec<usize>,
+    reactions: Vec<Reaction>,
+    open: Vec<OpenPlace>,
+}
+
+/// What is known at a place before anything is decided.
+struct Found {
+    topology: Topology,
+    /// The sparse engine with all rows, where these are those of a sound tree.
+    sound: Option<Health>,
+    redundant: Vec<usize>,
+    null_loads: Vec<NullLoads>,
+    determinacy: Determinacy,
+}
+
+impl Found {
+    fn new(
         model: &Model,
         layout: &Layout,
         probe: &Probe<'_>,
-        no_choice: Option<&str>,
-        sparse_health: impl FnMut(&[usize], &[f64]) -> Result<Health, LinalgError>,
+        sparse_health: &mut impl FnMut(&[usize], &[f64]) -> Result<Health, LinalgError>,
     ) -> Result<Self, LinalgError> {
         let topology = Topology::new(model, &Led::find(model, layout, probe));
         let all = probe.rows.to_vec();
-        let mut sparse_health = sparse_health;
         // Trees with pivots beyond doubt have no dependent rows; only other scenes need the dense rank.
-        let tree = topology.islands.iter().all(|island| island.loops == 0);
-        let sound = if tree {
+        let sound = if topology.is_tree() {
             sparse_health(&all, probe.mass).ok().filter(|h| h.smallest_pivot_ratio >= TRUSTED)
         } else {
             None
@@ -181,14 +191,54 @@ impl Plan {
             },
             None => Rank::find(layout, probe, &of_positions(model, layout, probe.rows))?.among(probe.rows),
         };
-        let redundant_rows: Vec<RedundantRow> = dependent_rows
-            .into_iter()
-            .map(|row| {
-                let (element, k) = layout.element_of_row(row);
-                RedundantRow { row, name: model.elements[element].row_name(k) }
-            })
-            .collect();
         let (reactions, null_loads, loads) = unique_reactions(model, layout, probe, &null_space);
+        let open = match loads.is_empty() {
+            true => Vec::new(),
+            false => vec![OpenPlace { loads, rotations: probe.rotations.to_vec() }],
+        };
+        let determinacy = Determinacy { health, independent_rows, reactions, open };
+        Ok(Self { topology, sound, redundant: dependent_rows, null_loads, determinacy })
+    }
+}
+
+impl Determinacy {
+    /// From the model and its Jacobian at an assembled position; `sparse_health` as for [`Plan::decide`].
+    ///
+    /// # Errors
+    /// As for [`Plan::decide`].
+    pub fn find(
+        model: &Model,
+        layout: &Layout,
+        probe: &Probe<'_>,
+        mut sparse_health: impl FnMut(&[usize], &[f64]) -> Result<Health, LinalgError>,
+    ) -> Result<Self, LinalgError> {
+        Ok(Found::new(model, layout, probe, &mut sparse_health)?.determinacy)
+    }
+}
+
+impl Plan {
+    /// Decides from the model and its Jacobian at the assembled position.
+    ///
+    /// `sparse_health` tries the sparse engine on a choice of rows, with values of the mass matrix, and reports how well that went.
+    /// `no_choice`: why all rows are for the rank-safe engine whatever that finds, if they are.
+    ///
+    /// # Errors
+    /// When the mass matrix is not positive definite or a number is not finite.
+    pub fn decide(
+        model: &Model,
+        layout: &Layout,
+        probe: &Probe<'_>,
+        no_choice: Option<&str>,
+        mut sparse_health: impl FnMut(&[usize], &[f64]) -> Result<Health, LinalgError>,
+    ) -> Result<Self, LinalgError> {
+        let Found { topology, sound, redundant, null_loads, determinacy } =
+            Found::new(model, layout, probe, &mut sparse_health)?;
+        let Determinacy { health, independent_rows, reactions, open } = determinacy;
+        let named = |row: usize| {
+            let (element, k) = layout.element_of_row(row);
+            RedundantRow { row, name: model.elements[element].row_name(k) }
+        };
+        let redundant_rows: Vec<RedundantRow> = redundant.into_iter().map(named).collect();
         let undetermined = undetermined(model, probe.rotations, &null_loads, &reactions);
         let alike = probe.structure.metric(probe.scales);
         let independence = sparse_health(&independent_rows, &alike).map_or(0.0, |health| health.smallest_pivot_ratio);
@@ -202,17 +252,14 @@ impl Plan {
             (None, Ok(found)) => Some(close_to_dependent(found.smallest_pivot_ratio, independence)),
             (None, Err(error)) => Some(error.to_string()),
         };
-        let locked = if tree { Vec::new() } else { locked(model, layout, probe, &redundant_rows) };
+        let locked = if topology.is_tree() { Vec::new() } else { locked(model, layout, probe, &redundant_rows) };
         Ok(Self {
             layout: layout.clone(),
             rows: probe.rows.to_vec(),
             topology,
             locked,
             crosswise: crosswise(model, layout, probe),
-            open: match loads.is_empty() {
-                true => Vec::new(),
-                false => vec![OpenPlace { loads, rotations: probe.rotations.to_vec() }],
-            },
+            open,
             independent_rows,
             redundant_rows,
             mobility: layout.velocities() - health.rank - free_rotations_of_particles(model, probe),
@@ -227,7 +274,7 @@ impl Plan {
 
     /// Takes for not unique, too, what is not at another place of the motion: what redundant rows leave open turns with the bodies,
     /// and comes into other components. A place of another rank says nothing.
-    pub fn join(&mut self, there: &Self) {
+    pub fn join(&mut self, there: &Determinacy) {
         if there.independent_rows.len() != self.independent_rows.len() {
             return;
         }

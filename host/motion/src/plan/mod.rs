@@ -23,7 +23,9 @@ mod tests;
 
 pub use axes::Crosswise;
 pub use coordinates::{Coordinates, Line, Measure, Rotation, body_scales};
-pub use decide::{ACCURATE_REFINED, Plan, Probe, Reaction, RedundantRow, close_to_dependent, poses_of_bodies};
+pub use decide::{
+    ACCURATE_REFINED, Determinacy, Plan, Probe, Reaction, RedundantRow, close_to_dependent, poses_of_bodies,
+};
 pub use glyph::Place;
 pub use layout::{BODY_SLOTS, Layout};
 pub use led::Led;

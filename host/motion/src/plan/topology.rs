@@ -41,6 +41,11 @@ struct Members {
 }
 
 impl Topology {
+    /// Whether no loop of joints is closed.
+    pub(super) fn is_tree(&self) -> bool {
+        self.islands.iter().all(|island| island.loops == 0)
+    }
+
     /// Finds the islands. Whatever can carry an influence connects: the bodies of an element, the signals that it takes, the
     /// joints whose reactions it takes; and an output that names two bodies, since somebody has to compute it. Ground, gravity,
     /// signals that follow time alone and bodies that follow the time do not connect.

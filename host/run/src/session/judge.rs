@@ -1,6 +1,6 @@
 //! Whether the audit lets the results of a run pass.
 
-use super::decide::decide;
+use super::decide::determinacy;
 use super::opened::Session;
 use super::options::DEFAULT_METHOD;
 use super::prepared::JUMP;
@@ -92,7 +92,7 @@ impl Session {
             ..self.assembly.clone()
         };
         let (scene, layout) = (&self.scene, &self.plan.layout);
-        let Ok(there) = decide(scene, &self.model, &self.equations, layout, (end.time, &place), true) else {
+        let Ok(there) = determinacy(scene, &self.model, &self.equations, layout, (end.time, &place)) else {
             return Ok(());
         };
         let mut plan = self.plan.clone();

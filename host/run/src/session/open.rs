@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use super::checkpoint::Origin;
 use super::checks::missing_tables;
-use super::decide::decide;
+use super::decide::{decide, determinacy};
 use super::error::SessionError;
 use super::libraries::load_libraries;
 use super::modes::blind;
@@ -22,7 +22,7 @@ use crate::analysis::{self, Assembly, AssemblyError, assemble, assemble_from, id
 use crate::catalog::Catalog;
 use crate::diagnostics::{Diagnostic, Source, codes};
 use crate::model::{Model, resolve};
-use crate::plan::{Layout, Plan, SpanningTree};
+use crate::plan::{Determinacy, Layout, SpanningTree};
 use crate::program::{Equations, Form};
 use crate::scene::{Document, Rejected, Scene, parse, read};
 
@@ -193,19 +193,21 @@ impl Session {
             let duration = scene.simulation.t_end - t;
             ahead = analysis::ahead(&equations, &model, &layout, &assembly, t, duration);
         }
-        let decide_at =
-            |(t, place): &(f64, Assembly)| decide(&scene, &model, &equations, &layout, (*t, place), true).ok();
-        let there = ahead.as_ref().and_then(decide_at);
+        let determinacy_at =
+            |(t, place): &(f64, Assembly)| determinacy(&scene, &model, &equations, &layout, (*t, place)).ok();
+        let there = ahead.as_ref().and_then(determinacy_at);
         if let Some(there) = &there {
             at_start.join(there);
         }
         // In a singular position more rows depend on each other than where the motion goes; next to one they nearly do.
-        let better = |other: &Plan| {
-            let (here, there) = (at_start.health, other.health);
+        let better = |there: &Determinacy| {
+            let (here, there) = (at_start.health, there.health);
             let nearly = there.rank == here.rank && here.smallest_pivot_ratio < NEAR_SHARE * there.smallest_pivot_ratio;
             there.rank > here.rank || nearly
         };
-        let there = there.filter(better);
+        let decide_at =
+            |(t, place): &(f64, Assembly)| decide(&scene, &model, &equations, &layout, (*t, place), true).ok();
+        let there = ahead.as_ref().filter(|_| there.is_some_and(|there| better(&there))).and_then(decide_at);
         let ahead = ahead.filter(|_| there.is_some());
         let plan = there.unwrap_or(at_start);
         let determined = is_determined(&scene, &model, &equations, &plan, pruning);
