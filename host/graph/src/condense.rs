@@ -55,6 +55,8 @@ enum Kind {
 struct Wholes<'g> {
     graph: &'g Graph,
     live: &'g [Node],
+    /// By node.
+    kinds: Vec<Kind>,
     /// By node: whether it is inside of its only user.
     inside: Vec<bool>,
     /// By node: whether its only user is (part of) a sum.
@@ -66,9 +68,10 @@ impl<'g> Wholes<'g> {
     fn new(graph: &'g Graph, live: &'g [Node], outputs: &[Node]) -> Self {
         let size = live.last().map_or(0, |node| node.0 as usize + 1);
         let mut users = vec![0_u32; size];
-        let mut user_kind = vec![Kind::Other; size];
+        let (mut kinds, mut user_kind) = (vec![Kind::Other; size], vec![Kind::Other; size]);
         for node in live {
             let kind = kind(graph, *node);
+            kinds[node.0 as usize] = kind;
             graph.operands(*node, |operand| {
                 users[operand.0 as usize] += 1;
                 user_kind[operand.0 as usize] = kind;
@@ -79,12 +82,16 @@ impl<'g> Wholes<'g> {
         let (mut inside, mut in_sum) = (vec![false; size], vec![false; size]);
         for node in live {
             in_sum[node.0 as usize] = only(node, Kind::Additive);
-            inside[node.0 as usize] = match kind(graph, *node) {
+            inside[node.0 as usize] = match kinds[node.0 as usize] {
                 Kind::Other => false,
                 own => only(node, own),
             };
         }
-        Self { graph, live, inside, in_sum }
+        Self { graph, live, kinds, inside, in_sum }
+    }
+
+    fn kind(&self, node: Node) -> Kind {
+        self.kinds[node.0 as usize]
     }
 
     fn is_inside(&self, node: Node) -> bool {
@@ -97,7 +104,7 @@ impl<'g> Wholes<'g> {
         let mut open: Parts<(Node, f64)> = smallvec![(whole, 1.0)];
         while let Some((node, sign)) = open.pop() {
             let mut add = |operand: Node, sign: f64| {
-                if self.is_inside(operand) && kind(self.graph, operand) == Kind::Additive {
+                if self.is_inside(operand) && self.kind(operand) == Kind::Additive {
                     open.push((operand, sign));
                 } else {
                     list.push((operand, sign));
@@ -127,7 +134,7 @@ impl<'g> Wholes<'g> {
         while let Some(node) = open.pop() {
             if let Expr::Mul(a, b) = self.graph.expr(node) {
                 for operand in [a, b] {
-                    if self.is_inside(operand) && kind(self.graph, operand) == Kind::Multiplicative {
+                    if self.is_inside(operand) && self.kind(operand) == Kind::Multiplicative {
                         open.push(operand);
                     } else {
                         list.push(operand);
@@ -162,7 +169,7 @@ fn factored(wholes: &Wholes<'_>, outputs: &[Node]) -> (Graph, Vec<Node>) {
     let mut g = Graph::with_room(wholes.live.len());
     let mut rewriting = Rewriting::new(graph, &mut g, FxHashMap::default());
     for node in wholes.live {
-        let made = match kind(graph, *node) {
+        let made = match wholes.kind(*node) {
             Kind::Additive if wholes.is_inside(*node) => continue,
             Kind::Multiplicative if wholes.is_inside(*node) || wholes.in_sum[node.0 as usize] => continue,
             Kind::Additive => {
@@ -184,7 +191,7 @@ fn factored(wholes: &Wholes<'_>, outputs: &[Node]) -> (Graph, Vec<Node>) {
 
 /// A term with its factors in the new graph.
 fn split(g: &mut Graph, wholes: &Wholes<'_>, rewriting: &Rewriting<'_>, term: Node, sign: f64) -> Term {
-    let own = kind(wholes.graph, term) == Kind::Multiplicative && !rewriting.knows(term);
+    let own = wholes.kind(term) == Kind::Multiplicative && !rewriting.knows(term);
     let old = if own { wholes.factors(term) } else { smallvec![term] };
     let mut coefficient = sign;
     let mut factors = Parts::with_capacity(old.len());
@@ -300,7 +307,7 @@ fn most_common(terms: &[Term]) -> Option<Common> {
 }
 
 /// A part of sums or products: an old node, or a pair that was made.
-type Part = usize;
+type Part = u32;
 
 /// Two parts of a sum, the second with a sign against the first, or two factors.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -313,7 +320,7 @@ struct Pair {
 impl Pair {
     /// As a number below 2^96, in the same order.
     fn packed(self) -> u128 {
-        (self.first as u128) << 64 | (self.second as u128) << 1 | u128::from(self.opposite)
+        u128::from(self.first) << 64 | u128::from(self.second) << 1 | u128::from(self.opposite)
     }
 
     fn unpacked(packed: u128) -> Self {
@@ -321,13 +328,16 @@ impl Pair {
     }
 }
 
+/// The parts of a sum, or of a product.
+type Whole = Parts<(Part, bool)>;
+
 /// Sums, or products, of which pairs are made.
 struct Pairing {
     /// Parts with signs, ascending by part, by whole.
-    wholes: Vec<Vec<(Part, bool)>>,
+    wholes: Vec<Whole>,
     made: Vec<Pair>,
     /// Parts below are old nodes.
-    first_made: usize,
+    first_made: Part,
 }
 
 impl Pairing {
@@ -346,17 +356,16 @@ impl Pairing {
             found.sort_unstable();
             found.dedup();
             let groups = found.chunk_by(|a, b| a >> 32 == b >> 32).filter(|group| group.len() > 1);
-            let mut several: Vec<(Pair, Vec<u32>)> = groups
-                .map(|group| (Pair::unpacked(group[0] >> 32), group.iter().map(|one| *one as u32).collect()))
-                .collect();
+            let mut several: Vec<(Pair, &[u128])> =
+                groups.map(|group| (Pair::unpacked(group[0] >> 32), group)).collect();
             several.sort_unstable_by(|a, b| b.1.len().cmp(&a.1.len()).then(a.0.cmp(&b.0)));
             let before = self.made.len();
             for (pair, places) in several {
                 // Pairs made just now may have used one of its parts up.
                 let has = |number: &u32| pair_in(&self.wholes[*number as usize], pair).is_some();
-                let left: Vec<u32> = places.into_iter().filter(has).collect();
+                let left: Vec<u32> = places.iter().map(|one| *one as u32).filter(has).collect();
                 if left.len() > 1 {
-                    let part = self.first_made + self.made.len();
+                    let part = self.first_made + self.made.len() as Part;
                     self.made.push(pair);
                     left.into_iter().for_each(|number| replace(&mut self.wholes[number as usize], pair, part));
                 }
@@ -379,7 +388,7 @@ fn pair_in(whole: &[(Part, bool)], pair: Pair) -> Option<(usize, usize)> {
     None
 }
 
-fn replace(whole: &mut Vec<(Part, bool)>, pair: Pair, part: Part) {
+fn replace(whole: &mut Whole, pair: Pair, part: Part) {
     if let Some((first, second)) = pair_in(whole, pair) {
         let sign = whole[first].1;
         whole.remove(second);
@@ -392,22 +401,23 @@ fn replace(whole: &mut Vec<(Part, bool)>, pair: Pair, part: Part) {
 /// Pairs that several sums or several products have, computed once.
 fn paired(wholes: &Wholes<'_>, outputs: &[Node]) -> (Graph, Vec<Node>) {
     let graph = wholes.graph;
-    let first_made = wholes.inside.len();
+    let first_made = wholes.inside.len() as Part;
     let empty = || Pairing { wholes: Vec::new(), made: Vec::new(), first_made };
     let (mut sums, mut products) = (empty(), empty());
-    let mut number_of: FxHashMap<Node, usize> = FxHashMap::default();
+    // By node, of those that are wholes.
+    let mut number_of = vec![0; wholes.inside.len()];
     for node in wholes.live.iter().filter(|node| !wholes.is_inside(**node)) {
-        let (pairing, parts): (_, Vec<(Part, bool)>) = match kind(graph, *node) {
+        let (pairing, parts): (_, Whole) = match wholes.kind(*node) {
             Kind::Other => continue,
             Kind::Additive => {
                 let terms = wholes.terms(*node).into_iter();
-                (&mut sums, terms.map(|(term, sign)| (term.0 as usize, sign < 0.0)).collect())
+                (&mut sums, terms.map(|(term, sign)| (term.0, sign < 0.0)).collect())
             }
             Kind::Multiplicative => {
-                (&mut products, wholes.factors(*node).into_iter().map(|factor| (factor.0 as usize, false)).collect())
+                (&mut products, wholes.factors(*node).into_iter().map(|factor| (factor.0, false)).collect())
             }
         };
-        number_of.insert(*node, pairing.wholes.len());
+        number_of[node.0 as usize] = pairing.wholes.len();
         pairing.wholes.push(parts);
     }
     sums.make();
@@ -416,22 +426,22 @@ fn paired(wholes: &Wholes<'_>, outputs: &[Node]) -> (Graph, Vec<Node>) {
     let mut rewriting = Rewriting::new(graph, &mut g, FxHashMap::default());
     let (mut known_sums, mut known_products) = (vec![None; sums.made.len()], vec![None; products.made.len()]);
     for node in wholes.live {
-        let made = match kind(graph, *node) {
+        let number = number_of[node.0 as usize];
+        let made = match wholes.kind(*node) {
             Kind::Other => rewriting.one(&mut g, *node),
             _ if wholes.is_inside(*node) => continue,
             Kind::Additive => {
-                let mut parts = sums.wholes[number_of[node]].clone();
-                parts.sort_by_key(|(_, negative)| *negative);
                 let mut total = g.constant(0.0);
-                for (part, negative) in parts {
-                    let part = write(&mut g, &rewriting, &sums, &mut known_sums, part, true);
-                    total = if negative { g.sub(total, part) } else { g.add(total, part) };
+                let of_sign = |negative: bool| sums.wholes[number].iter().filter(move |part| part.1 == negative);
+                for (part, negative) in of_sign(false).chain(of_sign(true)) {
+                    let part = write(&mut g, &rewriting, &sums, &mut known_sums, *part, true);
+                    total = if *negative { g.sub(total, part) } else { g.add(total, part) };
                 }
                 total
             }
             Kind::Multiplicative => {
                 let mut total = g.constant(1.0);
-                for (part, _) in &products.wholes[number_of[node]] {
+                for (part, _) in &products.wholes[number] {
                     let part = write(&mut g, &rewriting, &products, &mut known_products, *part, false);
                     total = g.mul(total, part);
                 }
@@ -454,12 +464,13 @@ fn write(
     sum: bool,
 ) -> Node {
     if part < pairing.first_made {
-        return rewriting.known(Node(part as u32));
+        return rewriting.known(Node(part));
     }
-    if let Some(node) = known[part - pairing.first_made] {
+    let made = (part - pairing.first_made) as usize;
+    if let Some(node) = known[made] {
         return node;
     }
-    let pair = pairing.made[part - pairing.first_made];
+    let pair = pairing.made[made];
     let first = write(g, rewriting, pairing, known, pair.first, sum);
     let second = write(g, rewriting, pairing, known, pair.second, sum);
     let node = match (sum, pair.opposite) {
@@ -467,6 +478,6 @@ fn write(
         (true, true) => g.sub(first, second),
         (false, _) => g.mul(first, second),
     };
-    known[part - pairing.first_made] = Some(node);
+    known[made] = Some(node);
     node
 }

@@ -5,7 +5,7 @@ use std::collections::BinaryHeap;
 
 use rustc_hash::FxHashMap;
 
-use super::graph::{Expr, Graph, Node};
+use super::graph::{Expr, FEW, Graph, Node};
 use super::solved::follow_solved;
 
 /// Nodes whose derivative is given: the direction of differentiation. Whatever does not depend on them is constant.
@@ -29,12 +29,22 @@ impl Below {
         solved.sort_unstable();
         let nodes = graph.ancestors(outputs, |node| solved.binary_search(&node).is_ok() || stop(node));
         let nowhere = nodes.len() as u32;
+        // Of small graphs from a table of all nodes.
+        let end = nodes.last().map_or(0, |node| node.0 as usize + 1);
+        let mut places_of = vec![nowhere; if end < FEW { end } else { 0 }];
+        if !places_of.is_empty() {
+            nodes.iter().zip(0..).for_each(|(node, place)| places_of[node.0 as usize] = place);
+        }
+        let place_of = |node: Node| match places_of.get(node.0 as usize) {
+            Some(place) => *place,
+            None => nodes.binary_search(&node).map_or(nowhere, |place| place as u32),
+        };
         let operands = nodes.iter().map(|node| {
             let (mut places, mut count) = ([nowhere; 4], 0);
             // Opaque results are differentiated by whoever knows what they mean.
             if !matches!(graph.expr(*node), Expr::Call { .. }) {
                 graph.operands(*node, |operand| {
-                    places[count] = nodes.binary_search(&operand).map_or(nowhere, |place| place as u32);
+                    places[count] = place_of(operand);
                     count += 1;
                 });
             }
@@ -124,6 +134,9 @@ pub fn derivatives_along_each(graph: &mut Graph, outputs: &[Node], variables: &[
         return variables.iter().map(along).collect();
     }
     let zero = graph.constant(0.0);
+    if variables.is_empty() {
+        return Vec::new();
+    }
     let below = Below::new(graph, outputs, |_| false);
     let readers = Readers::new(&below);
     let mut found = vec![zero; below.nodes.len() + 1];

@@ -98,7 +98,7 @@ const NEIGHBOURS: usize = 1 << 13;
 /// Places there that are tried.
 const NEAR_TRIES: usize = 16;
 /// Below so many nodes, marking those that are reached is faster than entering them into a table, however few they are.
-const FEW: usize = 1 << 14;
+pub(super) const FEW: usize = 1 << 14;
 /// An empty place in the table of known expressions.
 const NO_NODE: u32 = u32::MAX;
 
