@@ -97,7 +97,10 @@ impl Balance {
 /// The body that misses its equations worst, beside its own loads: six entries each of what is left, and of what that is made of.
 pub(super) fn worst_body(left: &[f64], sizes: &[f64], length: f64) -> Imbalance {
     let unit = |k: usize| if k % 6 < 3 { 1.0 } else { length };
-    let largest = sizes.iter().enumerate().fold(0.0_f64, |most, (k, size)| most.max(size / unit(k)));
+    // Of forces and torques by turns; the largest of each is so in any unit.
+    let largest = sizes.chunks(3).zip([1.0, length].into_iter().cycle()).fold(0.0_f64, |most, (sizes, unit)| {
+        most.max(sizes.iter().fold(0.0, |most: f64, size| most.max(*size)) / unit)
+    });
     let is_nothing =
         |loads: &[f64]| loads.iter().enumerate().all(|(k, load)| load.abs() <= NOTHING * largest * unit(k));
     let mut worst = Imbalance::default();

@@ -69,16 +69,18 @@ pub(super) fn velocities(
     let mut clusters = clusters(layout, &rows.rows);
     clusters.rows.extend(asked.iter().map(|(body, ..)| model.elements.len() + body));
     let (mut v, mut multipliers) = (vec![0.0; n], vec![0.0; count]);
-    let mut solve = |structure: &KktStructure, mass: &[f64], v: &mut [f64]| -> Result<(), LinalgError> {
+    // Gives the number of independent rows.
+    let mut solve = |structure: &KktStructure, mass: &[f64], v: &mut [f64]| -> Result<usize, LinalgError> {
         let mut solver = SparseFirst::new(structure, &clusters, ASSEMBLY_RANK_TOLERANCE)?;
         solver.set_measure(&body_scales(model, length));
         solver.set_mass(mass)?;
         // The joints come first; what the scene asks for is met as far as they leave it open.
         solver.set_first_rows(&(0..enforced).collect::<Vec<_>>());
-        solver.refactor(&values)?;
-        solver.solve(&vec![0.0; n], &right, v, &mut multipliers)
+        let rank = solver.refactor(&values)?.rank;
+        solver.solve(&vec![0.0; n], &right, v, &mut multipliers)?;
+        Ok(rank)
     };
-    solve(&structure, &mass_values(model), &mut v).map_err(AnalysisError::from)?;
+    let rank = solve(&structure, &mass_values(model), &mut v).map_err(AnalysisError::from)?;
     let uneven = uneven_metric(model.bodies.len(), length);
     if let Some((mass, values)) = mass_with_elements(model, layout, state) {
         // What the joints and the scene determine is the same by any mass, and keeps its digits by that of bodies.
@@ -90,7 +92,9 @@ pub(super) fn velocities(
             match solve(&KktStructure { mass, ..structure.clone() }, &values, &mut v) {
                 // Bodies are too light beside the mass of elements: what these lend them counts.
                 Err(LinalgError::NotPositiveDefinite { .. }) => {}
-                found => found.map_err(AnalysisError::from)?,
+                found => {
+                    found.map_err(AnalysisError::from)?;
+                }
             }
         }
     }
@@ -119,7 +123,8 @@ pub(super) fn velocities(
         .iter()
         .map(|(_, angular, _, value)| if *angular { value * length } else { *value }.abs())
         .fold(driven, f64::max);
-    if *given_speed > 0.0 {
+    // As many rows as velocities leave nothing open.
+    if *given_speed > 0.0 && rank < n {
         // What the joints and the scene determine does not depend on the metric.
         let mut other = vec![0.0; n];
         solve(&structure, &uneven, &mut other).map_err(AnalysisError::from)?;
