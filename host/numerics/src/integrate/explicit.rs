@@ -318,6 +318,27 @@ impl Stepper for Explicit {
         interpolate(&self.polynomial, 4 + self.pair.d.len(), share, out);
     }
 
+    fn add_nodes(&mut self, run: &mut Run<'_>, _y: &[f64], t_new: f64) -> Result<(), Trouble> {
+        let (Estimate::Single(rough) | Estimate::FiveAndThree(rough, _)) = self.pair.error;
+        let (t, h) = (run.t, t_new - run.t);
+        for stage in 0..=self.end() {
+            let weights =
+                [self.pair.b, rough].map(|row| row.iter().find(|(of, _)| *of == stage).map_or(0.0, |(_, x)| *x));
+            if weights == [0.0; 2] {
+                continue;
+            }
+            let state = match self.pair.a.get(stage) {
+                Some(row) => {
+                    combine(row, &self.stages, h, Some(&self.start), &mut self.argument);
+                    &self.argument
+                }
+                None => &self.y_new,
+            };
+            run.add_node((t + self.pair.c[stage] * h).min(t_new), &state[..self.n], h, weights)?;
+        }
+        Ok(())
+    }
+
     fn always_interpolates(&self) -> bool {
         false
     }

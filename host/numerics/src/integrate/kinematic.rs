@@ -96,6 +96,7 @@ impl Integrator for Kinematic {
                         h = again;
                         continue;
                     }
+                    self.add_nodes(run, t_new)?;
                     self.finish_step(run, y, t_new)?;
                     h = tried * factor(run.options, error);
                     if let Some(wanted) = events.beyond_break(run) {
@@ -103,6 +104,7 @@ impl Integrator for Kinematic {
                         if t_new < run.t && run.t < run.span.t_end {
                             if let Some(beyond) = self.turned(run, y)? {
                                 run.t = t_new;
+                                run.add_nothing();
                                 self.finish_step(run, y, beyond)?;
                             }
                             run.rhs(run.t, y, &mut self.rates[0], 0.0)?;
@@ -126,6 +128,7 @@ impl Integrator for Kinematic {
                 let tried = turned_at == Some(run.t);
                 let beyond = if tried { None } else { self.turned(run, y).unwrap_or(None) };
                 let Some(beyond) = beyond else { return Err(Trouble::Stop(why_none(reason, barred))) };
+                run.add_nothing();
                 self.finish_step(run, y, beyond)?;
                 run.rhs(run.t, y, &mut self.rates[0], 0.0)?;
                 (h, turned_at) = (first, Some(run.t));
@@ -241,6 +244,19 @@ impl Kinematic {
         let s = (C[k] - C[k - 2]) / step;
         let y = [known[k - 2].as_slice(), known[k - 1].as_slice()];
         hermite(s, step * h, y, [&self.rates[k - 2], &self.rates[k - 1]], out);
+    }
+
+    /// Gives the nodes of the step made last: see [`Run::add_node`].
+    fn add_nodes(&mut self, run: &mut Run<'_>, t_new: f64) -> Result<(), Trouble> {
+        if !run.system.sums_up() {
+            return Ok(());
+        }
+        let (t, h) = (run.t, t_new - run.t);
+        for (k, share) in C.iter().enumerate() {
+            let time = if k + 1 == NODES { t_new } else { t + share * h };
+            run.add_node(time, &self.states[k], h, [B[k], B[k] - ROUGH[k]])?;
+        }
+        Ok(())
     }
 
     /// Makes the step final: samples, `accept`, `step_done`, rates at the start of the next step.

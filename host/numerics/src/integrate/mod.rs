@@ -36,10 +36,11 @@
 //!    rejected and tried again smaller; discrete memory must not change here.
 //! 2. `project`: the new state is brought back to its manifold. Then `rhs` there: it is the
 //!    first stage of the next step, and the interpolation uses it.
-//! 3. `sample` at each requested time in the step, its end included, in ascending order. States
+//! 3. Where `sums_up` says so, `rate_summed` at the stages again and `sum_up`.
+//! 4. `sample` at each requested time in the step, its end included, in ascending order. States
 //!    inside the step are interpolated; the end is the step's own state.
-//! 4. `accept`: the only place where discrete memory may change.
-//! 5. `step_done`: progress, audit, the wish to stop.
+//! 5. `accept`: the only place where discrete memory may change.
+//! 6. `step_done`: progress, audit, the wish to stop.
 //!
 //! A sample at `t_start` is taken before the first step, and `accept` is not called for it.
 //! Steps are not shortened to hit samples, only to hit `t_end`; except where the interpolation is known to be bad: where

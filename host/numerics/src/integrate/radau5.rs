@@ -439,6 +439,21 @@ impl<const S: usize> Stepper for Radau<S> {
         run.start_rates(y, &mut self.start)
     }
 
+    /// The rule of lower order is that through all nodes but the last: they differ by the integral of the polynomial of the highest
+    /// degree, which is zero at all but the last and found exactly by the weights.
+    fn add_nodes(&mut self, run: &mut Run<'_>, y: &[f64], t_new: f64) -> Result<(), Trouble> {
+        let (t, h, c, b) = (run.t, t_new - run.t, &self.tableau.c, &self.tableau.a[S - 1]);
+        let apart = |i: usize| c.iter().filter(|other| **other != c[i]).map(|other| c[i] - other).product::<f64>();
+        for i in 0..S {
+            for ((argument, start), z) in self.argument.iter_mut().zip(y).zip(&self.z[i]) {
+                *argument = start + z;
+            }
+            let difference = b[S - 1] * apart(S - 1) / apart(i);
+            run.add_node((t + c[i] * h).min(t_new), &self.argument, h, [b[i], difference])?;
+        }
+        Ok(())
+    }
+
     /// Such a step cannot be made shorter: where its iterations fail, they are begun again with a Jacobian of its start, if they had an older
     /// one, and then from the start of the step.
     fn make_step(&mut self, run: &mut Run<'_>, y: &[f64], t_new: f64) -> Result<(), Fault> {

@@ -45,7 +45,17 @@ pub struct Run<'a> {
     barrier: Option<f64>,
     /// The time at which half of all steps that are allowed were used up.
     half_way: Option<f64>,
+    /// Of the step that is about to become final, the integral of [`System::rate_summed`] and its difference to that of a rule of lower
+    /// order, as far as the method gives them.
+    summed: Option<[f64; 2]>,
 }
+
+/// Nodes of Gauss's rule of degree 5 in 0..1, their weights, and what these differ by from those of the midpoint alone.
+const GAUSS: [[f64; 3]; 3] = [
+    [0.112_701_665_379_258_3, 5.0 / 18.0, 5.0 / 18.0],
+    [0.5, 4.0 / 9.0, -5.0 / 9.0],
+    [0.887_298_334_620_741_7, 5.0 / 18.0, 5.0 / 18.0],
+];
 
 /// How a step that was tried may end, other than well.
 pub enum Trouble {
@@ -90,6 +100,7 @@ impl<'a> Run<'a> {
             next_sample: 0,
             half_way: None,
             barrier: None,
+            summed: None,
         })
     }
 
@@ -247,6 +258,7 @@ impl<'a> Run<'a> {
         scratch: &mut [f64],
         mut interpolate: impl FnMut(f64, &mut [f64]),
     ) -> Result<Accepted, Trouble> {
+        self.sum_up(t - self.t, scratch, &mut interpolate)?;
         // A sample that is later by no more than round-off of time is taken here: no step could lead there.
         let last = self.same_time(t);
         while let Some(time) = self.pending_sample().filter(|&time| time <= last) {
@@ -268,6 +280,46 @@ impl<'a> Run<'a> {
             Flow::Stop if t < self.span.t_end => Err(Trouble::Stop(StopReason::Requested)),
             _ => Ok(accepted),
         }
+    }
+
+    /// Takes a node of the rule by which a method integrates over the step that is about to become final, of size `h`: its time, the state
+    /// there, and its weights in the integral and in the difference to a rule of lower order, as shares of the step. See
+    /// [`System::sums_up`].
+    ///
+    /// # Errors
+    /// [`Trouble`], as the system says; never one that a smaller step would help against.
+    pub(super) fn add_node(&mut self, t: f64, y: &[f64], h: f64, weights: [f64; 2]) -> Result<(), Trouble> {
+        let rate = self.system.rate_summed(t, y).map_err(|failure| final_trouble_of(failure, t))?;
+        let summed = self.summed.get_or_insert_default();
+        summed.iter_mut().zip(weights).for_each(|(sum, weight)| *sum += h * weight * rate);
+        Ok(())
+    }
+
+    /// Nothing is summed up over the step that is about to become final.
+    pub(super) fn add_nothing(&mut self) {
+        self.summed = Some([0.0; 2]);
+    }
+
+    /// Ends the sum over a step from the last accepted state; by the interpolation, where the method gave no nodes of its own.
+    fn sum_up(
+        &mut self,
+        h: f64,
+        scratch: &mut [f64],
+        mut interpolate: impl FnMut(f64, &mut [f64]),
+    ) -> Result<(), Trouble> {
+        if !self.system.sums_up() {
+            return Ok(());
+        }
+        if self.summed.is_none() {
+            for [share, weight, difference] in GAUSS {
+                let time = self.t + share * h;
+                interpolate(time, scratch);
+                self.add_node(time, scratch, h, [weight, difference])?;
+            }
+        }
+        let [integral, difference] = self.summed.take().unwrap_or_default();
+        self.system.sum_up(integral, difference);
+        Ok(())
     }
 
     /// Counts a step that was not accepted.

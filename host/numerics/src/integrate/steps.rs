@@ -43,6 +43,12 @@ pub(super) trait Stepper {
     /// The state at a share of the step made last.
     fn interpolate(&self, share: f64, out: &mut [f64]);
 
+    /// Gives the nodes of the method's own rule along the step made last, from `y` to `t_new`, which is about to become final
+    /// ([`Run::add_node`]). Without them what is summed up is found by the interpolation.
+    fn add_nodes(&mut self, _run: &mut Run<'_>, _y: &[f64], _t_new: f64) -> Result<(), Trouble> {
+        Ok(())
+    }
+
     /// Whether every step has its interpolation. Otherwise those have it in which there are samples, and those for which
     /// [`Stepper::expect_interpolation`] asked for it.
     fn always_interpolates(&self) -> bool {
@@ -389,6 +395,9 @@ fn finish_step(
     scratch: &mut [f64],
 ) -> Result<Accepted, Trouble> {
     let (t, h) = (run.t, t_new - run.t);
+    if run.system.sums_up() {
+        method.add_nodes(run, y, t_new)?;
+    }
     y.copy_from_slice(method.y_new());
     let accepted = run.finish_step(t_new, y, scratch, |time, out| method.interpolate((time - t) / h, out))?;
     method.go_on(h);

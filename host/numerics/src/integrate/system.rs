@@ -69,6 +69,25 @@ pub trait System {
         self.dim()
     }
 
+    /// Whether a quantity is summed up along the steps that becomes no part of the state: nothing depends on it, and no error control
+    /// looks at it. Its rate is then asked for where the method itself evaluates the equations, so that it is known as well as they are,
+    /// and nothing of one step is taken for another.
+    fn sums_up(&self) -> bool {
+        false
+    }
+
+    /// The rate of that quantity at a state within a step that is about to become final.
+    ///
+    /// # Errors
+    /// See [`Failure`]; both kinds end the run, a recoverable one with an [`super::Outcome`].
+    fn rate_summed(&mut self, _t: f64, _y: &[f64]) -> Result<f64, Failure> {
+        Ok(0.0)
+    }
+
+    /// Takes the integral of that rate over the step, before [`System::accept`], and by how much it differs from that of a rule of lower
+    /// order at the same nodes.
+    fn sum_up(&mut self, _integral: f64, _difference: f64) {}
+
     /// Brings a new state back to its manifold. `[hot]`
     ///
     /// # Errors

@@ -11,6 +11,7 @@ mod kinematic;
 mod lanes;
 mod stiff;
 mod stops;
+mod summed;
 mod turns;
 
 use super::*;

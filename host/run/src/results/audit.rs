@@ -39,11 +39,11 @@ pub struct Audit {
     pub potential_energy: f64,
     /// Work done so far by everything without a potential, J; dissipation counts negative.
     pub work: f64,
-    /// Part of it that elements turned into heat, J, as far as they report it; not negative. Where other work is done as well, the
-    /// integral of the power at the ends of steps by polynomials.
+    /// Part of it that elements turned into heat, J, as far as they report it; not negative. Where other work is done as well, its power
+    /// is integrated by the method's own rule over each step.
     pub dissipated: f64,
-    /// Estimated error of that integral, J: the largest difference so far to the integral by polynomials of one degree less, or twice that of
-    /// a single step, since over a kink of the power differences of steps balance each other. Zero where all work is heat, or none.
+    /// Estimated error of that integral, J, and so of `work_in`: the sum over the steps of the differences to a rule of lower order. Zero
+    /// where all work is heat, or none.
     pub dissipated_error: f64,
     /// Part of it that was lost in impacts, J.
     pub lost_in_impacts: f64,
@@ -51,8 +51,6 @@ pub struct Audit {
     pub impacts: u64,
     /// All other work, J, by drives and loads: `work` + `dissipated` + `lost_in_impacts`.
     pub work_in: f64,
-    #[serde(skip)]
-    heat: Heat,
     #[serde(skip)]
     start: Option<[f64; 2]>,
     /// Largest kinetic energy, J; infinite where it is not known.
@@ -79,92 +77,11 @@ struct SampleError {
     largest: f64,
 }
 
-/// Powers whose polynomial gives the heat of a step.
-const STENCIL: usize = 5;
-/// Times the difference of a single step: see [`Audit::dissipated_error`].
-const DOUBTED: f64 = 2.0;
-/// Times as long as the step before that a step is only where that ended at a switch.
-const SUDDEN: f64 = 100.0;
-
-/// Powers turned into heat at the last accepted states.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-struct Heat {
-    /// Time, s, and power, W; the oldest first.
-    points: [[f64; 2]; STENCIL],
-    /// How many of them there are.
-    known: usize,
-    /// What the polynomial through all of them gave and its difference to the one without the first, J, while they are few.
-    begun: [f64; 2],
-    /// By how much the integral differs from that of polynomials of one degree less, J.
-    difference: f64,
-    /// The most that this was at full degree, or twice the most of one step, J.
-    most: f64,
-}
-
-impl Heat {
-    /// Energy turned into heat since the last state, J: by the polynomial through this state and the four before it, as far as they are
-    /// behind the last switch. While there are fewer, all of the energy since the first is found anew.
-    fn next(&mut self, t: f64, power: f64) -> f64 {
-        if self.known > 0 && t <= self.points[self.known - 1][0] {
-            self.points[self.known - 1] = [t, power];
-            return 0.0;
-        }
-        // The power has a kink there, and over a step that may be some 1e-13 s long differences are round-off.
-        if let [.., before, last] = self.points[..self.known]
-            && t - last[0] > SUDDEN * (last[0] - before[0])
-        {
-            (self.points[0], self.known, self.begun) = (last, 1, [0.0; 2]);
-        }
-        let full = self.known == STENCIL;
-        if full {
-            self.points.rotate_left(1);
-        } else {
-            self.known += 1;
-        }
-        self.points[self.known - 1] = [t, power];
-        let points = &self.points[..self.known];
-        let from = match points {
-            [_] => return 0.0,
-            [.., before, _] if full => before[0],
-            _ => points[0][0],
-        };
-        let energy = integral(points, from, t);
-        let found = [energy, energy - integral(&points[1..], from, t)];
-        let before = if full { [0.0; 2] } else { std::mem::replace(&mut self.begun, found) };
-        self.difference += found[1] - before[1];
-        if full {
-            self.most = self.most.max(self.difference.abs()).max(DOUBTED * found[1].abs());
-        }
-        found[0] - before[0]
-    }
-}
-
-/// The integral of the polynomial through at most five points (time, value) between two times: Newton's form, by Gauss's rule of
-/// three nodes, which is exact for it.
-fn integral(points: &[[f64; 2]], from: f64, to: f64) -> f64 {
-    const NODES: [[f64; 2]; 3] = [[-0.774_596_669_241_483_4, 5.0], [0.0, 8.0], [0.774_596_669_241_483_4, 5.0]];
-    let mut differences = [0.0; STENCIL];
-    let count = points.len();
-    differences.iter_mut().zip(points).for_each(|(difference, point)| *difference = point[1]);
-    for order in 1..count {
-        for k in (order..count).rev() {
-            differences[k] = (differences[k] - differences[k - 1]) / (points[k][0] - points[k - order][0]);
-        }
-    }
-    let half = 0.5 * (to - from);
-    let value = |node: f64| {
-        let t = from + half * (1.0 + node);
-        (0..count).rev().fold(0.0, |sum, k| sum * (t - points[k][0]) + differences[k])
-    };
-    NODES.iter().map(|[node, weight]| weight * value(*node)).sum::<f64>() * half / 9.0
-}
-
 /// All of an [`Audit`], so that it can continue in another process.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct AuditRecord {
     violations: [f64; 2],
     energies: [f64; 5],
-    heat: Heat,
     start: Option<[f64; 2]>,
     largest: f64,
     error: f64,
@@ -200,7 +117,6 @@ impl From<&Audit> for AuditRecord {
         Self {
             violations: [audit.position_violation, audit.velocity_violation],
             energies: [audit.kinetic_energy, audit.potential_energy, audit.work, audit.dissipated, audit.work_in],
-            heat: audit.heat,
             start: audit.start,
             largest: audit.largest,
             error: audit.error,
@@ -227,8 +143,7 @@ impl From<&AuditRecord> for Audit {
     fn from(record: &AuditRecord) -> Self {
         let [position_violation, velocity_violation] = record.violations;
         let [kinetic_energy, potential_energy, work, dissipated, work_in] = record.energies;
-        let AuditRecord { heat, start, largest, error, samples, times, worst_row, worst_rate, worst_body, .. } =
-            *record;
+        let AuditRecord { start, largest, error, samples, times, worst_row, worst_rate, worst_body, .. } = *record;
         let [load_imbalance, load_imbalance_at] = record.loads;
         let [position_violation_at, velocity_violation_at, energy_error_at, sample_energy_error_at] = times;
         Self {
@@ -250,7 +165,6 @@ impl From<&AuditRecord> for Audit {
             lost_in_impacts: record.lost_in_impacts,
             impacts: record.impacts,
             work_in,
-            heat,
             start,
             fastest: record.fastest,
             largest,
@@ -322,17 +236,15 @@ impl Audit {
         self.sample_energy_error_relative = share(self.samples.error, self.largest.max(self.samples.largest));
     }
 
-    /// Takes the power that is turned into heat (W) at the time of an accepted state, where other work is done as well. To be
-    /// called after [`Audit::energy`].
-    pub fn heating(&mut self, t: f64, power: f64) {
-        self.dissipated = (self.dissipated + self.heat.next(t, power)).max(0.0);
-        self.dissipated_error = self.heat.most.max(self.heat.difference.abs());
-        self.work_in = self.work + self.dissipated + self.lost_in_impacts;
+    /// Takes what was turned into heat in a step (J), where other work is done as well, and an estimate of its error of either sign.
+    pub fn heated(&mut self, energy: f64, error: f64) {
+        self.dissipated = (self.dissipated + energy).max(0.0);
+        self.dissipated_error += error.abs();
     }
 
-    /// From here on the power that is turned into heat is another one. [`Audit::heating`] follows.
-    pub fn heat_jumps(&mut self) {
-        (self.heat.known, self.heat.begun) = (0, [0.0; 2]);
+    /// Says that heat is what [`Audit::heated`] was told, and all else other work. To be called after [`Audit::energy`].
+    pub fn heat_is_told(&mut self) {
+        self.work_in = self.work + self.dissipated + self.lost_in_impacts;
     }
 
     /// Takes impacts, with the energy lost in them, J.

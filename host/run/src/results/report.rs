@@ -170,8 +170,10 @@ fn energy(summary: &Summary) -> String {
     ];
     let mut parts = parts.map(|(name, energy)| format!("{name} {} J", significant(energy, 3))).to_vec();
     // Three digits are printed.
-    if audit.dissipated_error > 5e-3 * audit.dissipated {
-        parts[2].push_str(&format!(" (to {} J)", significant(audit.dissipated_error, 1)));
+    for (part, energy) in parts[2..].iter_mut().zip([audit.dissipated, audit.work_in]) {
+        if audit.dissipated_error > 5e-3 * energy.abs() {
+            part.push_str(&format!(" (to {} J)", significant(audit.dissipated_error, 1)));
+        }
     }
     if audit.impacts > 0 {
         let (count, lost) = (audit.impacts, significant(audit.lost_in_impacts, 3));

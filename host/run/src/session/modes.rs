@@ -324,7 +324,7 @@ impl Run<'_> {
             self.system.begin_anew(t, &self.state)?;
             self.system.bring_to_rows(t, &mut self.state)?;
             match self.system.set_levels(t, &self.state)? {
-                None => return Ok(self.system.heat_anew(t, &self.state)?),
+                None => return Ok(()),
                 Some(pulls) => self.system.release(pulls, &mut closed),
             }
         }

@@ -54,8 +54,8 @@ enum Heat {
     None,
     /// It is all of the work.
     All,
-    /// Its power is looked at in every accepted state.
-    Watched,
+    /// Its power is integrated along the steps.
+    Summed,
 }
 
 impl Heat {
@@ -63,24 +63,20 @@ impl Heat {
         match (equations.dissipation.is_empty(), equations.supplied.is_empty() && !is_driven(equations)) {
             (true, _) => Self::None,
             (false, true) => Self::All,
-            (false, false) => Self::Watched,
+            (false, false) => Self::Summed,
         }
     }
 
-    /// Kinetic and potential energy, then the powers that are turned into heat, if they are looked at.
-    fn energies(self, equations: &Equations) -> Vec<Node> {
-        let mut nodes = vec![equations.kinetic, equations.potential];
-        if self == Self::Watched {
-            nodes.extend(&equations.dissipation);
-        }
-        nodes
+    /// The powers that are turned into heat, where they are integrated.
+    fn powers(self, formulation: &dyn Formulation, equations: &Equations, layout: &Layout) -> Option<Part> {
+        (self == Self::Summed).then(|| Part::near(formulation, equations, &equations.dissipation, layout))
     }
 }
 
 /// The energies at accepted states, where the bodies are known anyway: in their coordinates, unless solutions are needed or the
 /// formulation's own take fewer operations.
-fn energy_of(formulation: &dyn Formulation, equations: &Equations, heat: &Heat, layout: &Layout) -> Part {
-    let nodes = heat.energies(equations);
+fn energy_of(formulation: &dyn Formulation, equations: &Equations, layout: &Layout) -> Part {
+    let nodes = [equations.kinetic, equations.potential];
     let plain = Part::new(equations, &nodes, layout);
     let near = Part::near(formulation, equations, &nodes, layout);
     let operations = |part: &Part| part.evaluator.program().operations();
@@ -89,8 +85,8 @@ fn energy_of(formulation: &dyn Formulation, equations: &Equations, heat: &Heat, 
 
 /// The energies of [`energy_of`] and the velocities of all bodies, six each, in the formulation's own coordinates, where these can
 /// be had in them.
-fn own_view(formulation: &dyn Formulation, equations: &Equations, heat: &Heat) -> Option<Part> {
-    let mut nodes = heat.energies(equations);
+fn own_view(formulation: &dyn Formulation, equations: &Equations) -> Option<Part> {
+    let mut nodes = vec![equations.kinetic, equations.potential];
     nodes.extend(equations.bodies.iter().flat_map(|body| body.v.into_iter().chain(body.w)));
     formulation.own_program(equations, &nodes).map(|evaluator| Part::of(evaluator, true))
 }
@@ -143,6 +139,8 @@ pub(super) struct Simulation<'a> {
     /// How far the fastest body has turned since bodies were known last, rad.
     turned: f64,
     heat: Heat,
+    /// Powers that are turned into heat, where they are integrated.
+    powers: Option<Part>,
     /// Conditions at which the equations switch, where steps are to end there.
     switches: Option<Part>,
     /// Unilateral rows, if there are any.
@@ -255,10 +253,11 @@ impl<'a> Simulation<'a> {
         let heat = Heat::of(equations);
         let mut simulation = Self {
             accept: Part::near(formulation.as_ref(), equations, &after, layout),
-            energy: energy_of(formulation.as_ref(), equations, &heat, layout),
-            view: own_view(formulation.as_ref(), equations, &heat),
+            energy: energy_of(formulation.as_ref(), equations, layout),
+            view: own_view(formulation.as_ref(), equations),
             turned: 0.0,
             before: Vec::with_capacity(formulation.groups().len()),
+            powers: heat.powers(formulation.as_ref(), equations, layout),
             heat,
             switches: None,
             touch: Touch::new(equations, model, layout, formulation.as_ref(), assembly.scales.length)?,
@@ -515,6 +514,7 @@ impl<'a> Simulation<'a> {
             Some(view) => list.extend(view.used().map(Used::by_steps).chain(self.energy.used())),
             None => list.extend(self.energy.used().map(Used::by_steps)),
         }
+        list.extend(self.powers.iter_mut().flat_map(Part::used).map(Used::by_steps));
         list.extend(self.accept.used().map(Used::by_steps));
         list.extend(self.report.used().map(Used::by_samples));
         list.extend(self.picture.iter_mut().flat_map(Picture::used).map(Used::by_samples));

@@ -27,6 +27,9 @@ pub struct Probe {
     pub absolute: f64,
     /// Conditions at which `rhs` switches, and how many.
     pub switching: Option<(usize, Rhs)>,
+    /// A rate that is summed up along the steps, and the sums of its integrals and of the magnitudes of their differences.
+    pub summed: Option<fn(f64, &[f64]) -> f64>,
+    pub sums: [f64; 2],
 }
 
 impl Probe {
@@ -48,6 +51,8 @@ impl Probe {
             price: None,
             absolute: 1.0,
             switching: None,
+            summed: None,
+            sums: [0.0; 2],
         }
     }
 
@@ -101,6 +106,19 @@ impl System for Probe {
             projection(y);
         }
         Ok(())
+    }
+
+    fn sums_up(&self) -> bool {
+        self.summed.is_some()
+    }
+
+    fn rate_summed(&mut self, t: f64, y: &[f64]) -> Result<f64, Failure> {
+        Ok(self.summed.map_or(0.0, |rate| rate(t, y)))
+    }
+
+    fn sum_up(&mut self, integral: f64, difference: f64) {
+        self.sums[0] += integral;
+        self.sums[1] += difference.abs();
     }
 
     fn conditions(&self) -> usize {

@@ -1,7 +1,7 @@
 //! Rows that hold up to a limit, during a run: into which direction each slides, which is kept with the discrete states.
 
+use super::Simulation;
 use super::contacts::Touch;
-use super::{Heat, Simulation};
 use crate::analysis::{AnalysisError, Balance, Meeting, Pattern, Shares};
 use crate::results::EventKind;
 
@@ -209,22 +209,6 @@ impl Simulation<'_> {
             if touch.idle.contains(&number) && own.iter().any(|rate| rate.abs() > STIRS * speed) {
                 return Err(AnalysisError::Stirs { row: touch.name(touch.first_friction() + number) });
             }
-        }
-        Ok(())
-    }
-
-    /// The heat of sliding jumps where it begins and ends.
-    ///
-    /// # Errors
-    /// See [`AnalysisError`].
-    pub(in crate::session) fn heat_anew(&mut self, t: f64, state: &[f64]) -> Result<(), AnalysisError> {
-        let switches = |touch: &Touch| !touch.contacts.frictions().is_empty() || touch.releases.count() > 0;
-        let slides = self.touch.as_ref().is_some_and(switches);
-        if slides && self.heat == Heat::Watched {
-            let found = self.energy.at(self.formulation.as_mut(), &mut self.observed, t, state)?;
-            let heat = found[2..].iter().sum();
-            self.audit.heat_jumps();
-            self.audit.heating(t, heat);
         }
         Ok(())
     }

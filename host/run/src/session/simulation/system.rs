@@ -193,6 +193,25 @@ impl System for Simulation<'_> {
         self.dim() - 1
     }
 
+    fn sums_up(&self) -> bool {
+        self.powers.is_some()
+    }
+
+    fn rate_summed(&mut self, t: f64, y: &[f64]) -> Result<f64, Failure> {
+        let Some(powers) = &mut self.powers else { return Ok(0.0) };
+        let solves = powers.needs_dynamics || powers.solved.is_some();
+        // The motion does not depend on what is looked at.
+        let traces = solves.then(|| self.formulation.traces());
+        let found = powers.at(self.formulation.as_mut(), &mut self.observed, t, y).map_err(failure)?;
+        let heat = found.iter().sum();
+        traces.iter().for_each(|traces| self.formulation.forget_since(traces));
+        Ok(heat)
+    }
+
+    fn sum_up(&mut self, integral: f64, difference: f64) {
+        self.audit.heated(integral, difference);
+    }
+
     fn conditions(&self) -> usize {
         self.switches.as_ref().map_or(0, |part| part.evaluator.outputs().len())
     }

@@ -102,8 +102,8 @@ impl Simulation<'_> {
                 }
             }
         };
-        let (kinetic, potential, heat) = (found[0], found[1], found[2..].iter().sum());
-        let result = self.take_motion(t, state, (kinetic, potential, heat), &velocities);
+        let energies = (found[0], found[1]);
+        let result = self.take_motion(t, state, energies, &velocities);
         self.velocities = velocities;
         result
     }
@@ -126,7 +126,7 @@ impl Simulation<'_> {
         &mut self,
         t: f64,
         state: &[f64],
-        (kinetic, potential, heat): (f64, f64, f64),
+        (kinetic, potential): (f64, f64),
         velocities: &[f64],
     ) -> Result<(), AnalysisError> {
         let fastest = self.scales.grow_to(velocities);
@@ -150,7 +150,7 @@ impl Simulation<'_> {
         let work = state.last().copied().unwrap_or(0.0);
         self.audit.energy(t, kinetic, potential, work);
         match self.heat {
-            Heat::Watched => self.audit.heating(t, heat),
+            Heat::Summed => self.audit.heat_is_told(),
             known => self.audit.heat_is_all(known == Heat::All),
         }
         self.watched += 1;

@@ -232,7 +232,7 @@ fn heat_is_told_apart_from_work() {
            [[force]]\nname = \"rubbing\"\ntype = \"friction\"\nbodies = [\"ground\", \"rotor\"]\n";
     let audit = run(&both).summary.audit;
     let left = audit.kinetic_energy + audit.potential_energy;
-    assert!((audit.dissipated - lost).abs() < 5e-3 * lost, "{} or {lost}", audit.dissipated);
+    assert!((audit.dissipated - lost).abs() < 1e-7 * lost, "{} or {lost}", audit.dissipated);
     assert!((audit.work_in - audit.dissipated - (left - 6.25 - 1.25)).abs() < 1e-7, "{audit:?}");
     assert!(audit.work_in < 0.0, "{audit:?}");
 }
