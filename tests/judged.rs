@@ -98,6 +98,53 @@ fn limits_and_status_survive_resuming() {
     assert_eq!(Table::read(&out.join("results.csv")).unwrap().times.len(), 21);
 }
 
+/// A table of 2 kg that a drive shakes, beside a body at rest, so that the motion is integrated.
+const SHAKER: &str = r#"
+[plugins]
+libraries = ["joints"]
+[simulation]
+t_end = 60
+output_step = 0.5
+[[body]]
+name = "table"
+mass = 2
+inertia = [1, 1, 1]
+[[joint]]
+name = "guide"
+type = "translational"
+bodies = ["ground", "table"]
+point = [0, 0, 0]
+axis = [1, 0, 0]
+[[joint]]
+name = "drive"
+type = "displacement-driver"
+bodies = ["ground", "table"]
+point = [0, 0, 0]
+axis = [1, 0, 0]
+params.displacement = "3.3e-4 * (1 - cos(94.24777960769379 * t))"
+[[body]]
+name = "probe"
+mass = 0.5
+particle = true
+position = [0, 0, 1]
+[[output]]
+name = "x"
+quantity = "position"
+of = "table"
+component = "x"
+"#;
+
+/// The errors of its work in steps have one sign, and there are thousands of periods.
+#[test]
+fn a_shaker_is_not_suspect_for_how_long_it_shakes() {
+    let report = run(SHAKER, &[]);
+    let summary = &report.summary;
+    assert_eq!((summary.status, report.exit_code()), (Status::Completed, 0), "{}", summary.reason);
+    // Work that is known badly still is.
+    let coarse = run(SHAKER, &["simulation.tolerance=1e-4"]);
+    assert_eq!((coarse.summary.status, coarse.exit_code()), (Status::Suspect, 7), "{:?}", coarse.summary.audit);
+}
+
 /// A force that is not a number is that of an element, and comes from an operation.
 #[test]
 fn what_is_not_a_number_names_its_element() {

@@ -5,6 +5,9 @@ use serde::{Deserialize, Serialize};
 /// Energies that move count at least this share of the energy that is stored: of a smaller one, round-off of the stored one
 /// would be an error.
 const RESOLVED: f64 = 1e-6;
+/// And at least this share of all work to and fro: its errors in steps that end at the same phases of a vibration have one sign. At the
+/// limit of [`super::AuditLimits`] that is a hundred times the tolerance of the work done, where the errors of shakers come to six.
+const TO_AND_FRO: f64 = 1e-2;
 
 /// Largest violations and the energy balance over the accepted steps. Energies belong to all of them; violations to all in
 /// Cartesian coordinates, to every 32nd and the last in joint coordinates (all `--without audit`).
@@ -19,7 +22,7 @@ pub struct Audit {
     /// The time it is at, s.
     pub velocity_violation_at: f64,
     /// Largest error of the energy balance, kinetic + potential - work done, over the largest energy that moved (or a
-    /// millionth of the largest potential energy, if that is more).
+    /// millionth of the largest potential energy, or a hundredth of all work to and fro, if that is more).
     pub energy_error_relative: f64,
     /// The time it is at, s.
     pub energy_error_at: f64,
@@ -56,6 +59,9 @@ pub struct Audit {
     /// Largest kinetic energy, J; infinite where it is not known.
     #[serde(skip)]
     fastest: f64,
+    /// Work to and fro, the sum of the magnitudes of what was done in each step, J.
+    #[serde(skip)]
+    to_and_fro: f64,
     #[serde(skip)]
     largest: f64,
     #[serde(skip)]
@@ -106,6 +112,8 @@ pub struct AuditRecord {
     dissipated_error: f64,
     #[serde(default = "unknown")]
     fastest: f64,
+    #[serde(default)]
+    to_and_fro: f64,
 }
 
 fn unknown() -> f64 {
@@ -135,6 +143,7 @@ impl From<&Audit> for AuditRecord {
             worst_body: audit.worst_body,
             dissipated_error: audit.dissipated_error,
             fastest: audit.fastest,
+            to_and_fro: audit.to_and_fro,
         }
     }
 }
@@ -167,6 +176,7 @@ impl From<&AuditRecord> for Audit {
             work_in,
             start,
             fastest: record.fastest,
+            to_and_fro: record.to_and_fro,
             largest,
             error,
             samples,
@@ -189,9 +199,10 @@ impl Audit {
 
     /// Takes energies and work (J) in an accepted state at time `t` (s).
     pub fn energy(&mut self, t: f64, kinetic: f64, potential: f64, work: f64) {
+        self.to_and_fro += self.start.map_or(0.0, |_| (work - self.work).abs());
         let (error, moved) = self.balance(kinetic, potential, work);
         (self.kinetic_energy, self.potential_energy, self.work) = (kinetic, potential, work);
-        self.largest = self.largest.max(moved);
+        self.largest = self.largest.max(moved).max(TO_AND_FRO * self.to_and_fro);
         self.fastest = self.fastest.max(kinetic);
         keep(&mut self.error, &mut self.energy_error_at, error, t);
         self.relate();
@@ -298,6 +309,7 @@ impl Audit {
             keep(&mut whole.load_imbalance, &mut whole.load_imbalance_at, part.load_imbalance, part.load_imbalance_at);
             whole.kinetic_energy += part.kinetic_energy;
             whole.fastest += part.fastest;
+            whole.to_and_fro += part.to_and_fro;
             whole.start = whole.start.or(part.start);
             whole.potential_energy += part.potential_energy;
             whole.work += part.work;

@@ -152,6 +152,35 @@ fn measures_tell_when_and_where_they_were_found() {
     assert_eq!(Audit::from(&crate::results::AuditRecord::from(&audit)), audit, "also in another process");
 }
 
+/// The work of a vibration, each of whose periods adds the same error.
+#[test]
+fn errors_of_work_count_as_shares_of_all_that_was_done_to_and_fro() {
+    let after = |periods: u32, error: f64, kinetic: f64| {
+        let mut audit = Audit::default();
+        for k in 0..=2 * periods {
+            let work = f64::from(k % 2) + error * f64::from(k);
+            audit.energy(f64::from(k), f64::from(k % 2) + kinetic * f64::from(k), 0.0, work);
+        }
+        audit
+    };
+    let limits = AuditLimits::belonging_to(1e-10, false);
+    for periods in [10, 1000, 100_000] {
+        // Of 2 J in each period; a motion that takes as much without work being done counts as much.
+        for (error, kinetic) in [(5e-9, 0.0), (0.0, 5e-9)] {
+            assert!(after(periods, error, kinetic).beyond(&limits).is_empty(), "{periods}");
+        }
+        for (error, kinetic) in [(5e-7, 0.0), (0.0, -5e-7)] {
+            let audit = after(periods, error, kinetic);
+            assert_eq!(audit.beyond(&limits).len(), 1, "{periods}: {audit:?}");
+            assert_eq!(Audit::from(&crate::results::AuditRecord::from(&audit)), audit, "also in another process");
+        }
+    }
+    // What vibrates without work is judged as before.
+    let mut audit = Audit::default();
+    (0..=100_u32).for_each(|k| audit.energy(f64::from(k), 1.0 + 2e-8 * f64::from(k), 0.0, 0.0));
+    assert_eq!(audit.beyond(&limits).len(), 1, "{audit:?}");
+}
+
 #[test]
 fn only_a_run_that_reached_its_end_becomes_suspect() {
     let mut summary = compressor();
