@@ -38,7 +38,9 @@
 //! `params.matrices = { file = "beam.csv", columns = ["row", "column", "mass", "stiffness"] }`: a line for each pair of degrees of freedom
 //! that has an entry, in one triangle, numbered from 1: displacements x, y, z and rotations x, y, z of each interface in the order
 //! of `bodies`, then modes. SI units (kg, m, rad), no units in the file, since the entries of a matrix have different ones. Lines that begin with
-//! `#` are remarks. `geometric` is given likewise, with `columns = ["row", "column", "x", "y", "z", "xx", "yy", "zz", "xy", "yz", "zx"]`:
+//! `#` are remarks. A rigid motion may meet forces of up to a millionth of what the stiffness could add up to, where no entry K_ij counts as less
+//! than sqrt(K_ii K_jj): so much of it is taken for the round-off of a reduction, and for that of printing eight digits or more.
+//! `geometric` is given likewise, with `columns = ["row", "column", "x", "y", "z", "xx", "yy", "zz", "xy", "yz", "zx"]`:
 //! G_x, G_y, G_z and C_ab, those of two axes for both orders together. Modes may have any scale. The sources have a program that
 //! writes such a file of a beam: `cargo run -p odyn-tests --example craig_bampton`.
 //!

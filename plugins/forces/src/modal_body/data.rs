@@ -2,7 +2,7 @@
 
 use element_api::prelude::*;
 
-/// Share of what it is made of by which a force of rigid motion may miss zero, and a mass of all directions be another one.
+/// Share of what it may be made of by which a force of rigid motion may miss zero, and a mass of all directions be another one.
 const ROUND_OFF: f64 = 1e-6;
 
 /// A symmetric matrix: each entry of the lower triangle that is not zero.
@@ -34,8 +34,13 @@ impl Symmetric {
         sum
     }
 
+    /// What the products of the magnitudes of `x` may add up to: an entry of a positive matrix counts as no less than its two diagonals
+    /// let it be, since one that is zero but for round-off of a reduction says nothing of itself.
     fn sizes(&self, x: &[f64]) -> Vec<f64> {
-        let entries = self.entries.iter().map(|(row, column, value)| (*row, *column, value.abs())).collect();
+        let mut diagonal = vec![0.0_f64; self.n];
+        self.entries.iter().filter(|(i, j, _)| i == j).for_each(|(i, _, value)| diagonal[*i] = value.abs().sqrt());
+        let size = |(i, j, value): &(usize, usize, f64)| (*i, *j, value.abs().max(diagonal[*i] * diagonal[*j]));
+        let entries = self.entries.iter().map(size).collect();
         Self { n: self.n, entries }.product(&x.iter().map(|x| x.abs()).collect::<Vec<f64>>())
     }
 
@@ -224,7 +229,7 @@ impl Data {
         for k in 0..6 {
             let motion = self.rigid(k);
             let (force, size) = (self.stiffness.product(&motion), self.stiffness.sizes(&motion));
-            let largest = size.iter().copied().fold(0.0, f64::max);
+            let largest = size[..6 * self.points.len()].iter().copied().fold(0.0, f64::max);
             let off = force.iter().zip(&size).position(|(f, s)| f.abs() > ROUND_OFF * s.max(ROUND_OFF * largest));
             if let Some(row) = off {
                 let motion = ["along x", "along y", "along z", "about x", "about y", "about z"][k];
