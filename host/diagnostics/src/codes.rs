@@ -262,7 +262,7 @@ table! {
     CONFLICTING_CONSTRAINTS = "ODY0502", Assembly, "joints contradict each other",
         "Some joint equations depend on others and demand something else, as in a triangle whose bars don't fit: velocities at the start that cannot all be had (two drives of one shaft), or, later, positions. The message names the joints.";
     INCONSISTENT_VELOCITIES = "ODY0503", Assembly, "velocities contradict the joints",
-        "The prescribed velocities cannot all hold. Leave those out that follow from the joints: `velocity = [\"free\", \"free\", 0]`.";
+        "The prescribed velocities cannot all hold. Leave those out that follow from the joints: `velocity = [\"free\", \"free\", 0]`. Velocities that differ by what takes nothing further in the whole run than 1e-12 of the scene's size are the same.";
     ASSEMBLY_JUMP = "ODY0504", Assembly, "assembly moved bodies too far",
         "The nearest assembled position is further from the given one than a fifth of the size of the scene, or 0.2 rad. The message names the row of a joint that is missed most where the scene puts the bodies. Correct the initial positions, or that joint.";
     REDUNDANT_CONSTRAINTS = "ODY0505", Assembly, "redundant joint equations",

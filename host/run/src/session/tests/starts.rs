@@ -77,3 +77,19 @@ fn a_tolerance_below_the_digits_of_numbers_is_named() {
     assert_eq!(warning.code, codes::OUT_OF_RANGE);
     assert!(warning.message.contains("a tolerance of 1e-16 is below what numbers can hold"), "{warning:?}");
 }
+
+#[test]
+fn a_drive_that_takes_nothing_anywhere_does_not_contradict_rest() {
+    let warned = |speed: &str| {
+        let text = scenes::pendulum(&settings("t_end = 1; output_step = 1")).replacen(
+            "[[body]]",
+            "[[body]]\nvelocity = [0, 0, 0]\nangular_velocity = [0, 0, 0]",
+            1,
+        ) + "[[joint]]\nname = \"motor\"\ntype = \"drive\"\nbodies = [\"ground\", \"rod\"]\npoint = [0, 0, 0]\naxis = [0, 0, 1]\n"
+            + &format!("params = {{ speed = {speed} }}\n");
+        open(&text).warnings.iter().any(|warning| warning.code == codes::INCONSISTENT_VELOCITIES)
+    };
+    // exp(-128), as `exp(-200 (t - 0.8)^2)` begins, and what can be seen.
+    assert!(!warned("9.9e-55"));
+    assert!(warned("1e-9"));
+}
