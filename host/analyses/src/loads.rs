@@ -200,7 +200,9 @@ impl Watch {
         let (mut force, mut moment) = (mass * (gravity - acceleration), euler + gyroscopic);
         let mut sizes = [mass * (gravity.norm() + acceleration.norm()), euler.norm() + gyroscopic.norm()];
         // Loads that all pass through the centre of mass have arms of round-off: the size of a moment is that on the radius of gyration.
-        let gyration = if mass > 0.0 { (0.5 * self.tensor.trace() / mass).sqrt() } else { 0.0 };
+        // Likewise forces that are round-off of the torques beside them.
+        let gyration = self.loads.gyration();
+        let mut torques = sizes[1];
         let mut wrenches = Vec::with_capacity(self.loads.attachments.len());
         for (attachment, values) in self.loads.attachments.iter().zip(found.chunks_exact(6)) {
             let (own, torque) =
@@ -209,8 +211,12 @@ impl Watch {
             force += own;
             moment += torque + arm.cross(&own);
             sizes[0] += own.norm();
+            torques += torque.norm();
             sizes[1] += torque.norm() + arm.norm().max(gyration) * own.norm();
             wrenches.push(Wrench { force: own.into(), moment: torque.into() });
+        }
+        if gyration > 0.0 {
+            sizes[0] = sizes[0].max(torques / gyration);
         }
         let share = |left: f64, size: f64| if size > 0.0 { left / size } else { 0.0 };
         Ok(Case {
@@ -275,7 +281,10 @@ pub fn peaks(loads: &Loads, cases: &[Case]) -> Vec<Case> {
         let all = cases.iter().flat_map(|case| case.wrenches.iter().chain([&case.inertia]));
         all.map(of).fold(0.0, f64::max)
     };
-    let least = [PEAK * largest(&|one| size(&one.force)), PEAK * largest(&|one| size(&one.moment))];
+    let (force, moment) = (largest(&|one| size(&one.force)), largest(&|one| size(&one.moment)));
+    let gyration = loads.gyration();
+    let of_moment = if gyration > 0.0 { moment / gyration } else { 0.0 };
+    let least = [PEAK * force.max(PEAK * of_moment), PEAK * moment];
     for (k, attachment) in loads.attachments.iter().enumerate() {
         for moment in [false, true] {
             let of = |case: &Case| {
@@ -324,6 +333,12 @@ impl Consistent {
 }
 
 impl Loads {
+    /// The radius of gyration about the mean axis, m; zero of a particle, and without mass.
+    fn gyration(&self) -> f64 {
+        let trace: f64 = (0..3).map(|k| self.inertia[k][k]).sum();
+        if self.mass > 0.0 { (0.5 * trace / self.mass).sqrt() } else { 0.0 }
+    }
+
     /// What is left of all loads at worst, as a share of their sizes.
     #[must_use]
     pub fn left(&self) -> f64 {
