@@ -3,6 +3,7 @@
 use super::constraints::Constraints;
 use super::formulation::AnalysisError;
 use crate::linalg::KktStructure;
+use crate::program::OF_TERMS;
 
 /// Share of what they are made of by which the equations at the end of a step may be missed by what a remedy gives there.
 const CERTIFIED: f64 = 1e-7;
@@ -66,6 +67,11 @@ impl Balance {
         let out = [&mut self.left[..a.len()], &mut self.sizes[..a.len()]];
         let values = (&self.mass[..], dynamics.jacobian());
         dynamics.structure.residual_of_motion(values, loads, (a, lambda), out);
+    }
+
+    /// Takes in what each load is made of, so that none counts as less than its round-off can be seen in.
+    pub(super) fn take_terms(&mut self, made_of: &[f64]) {
+        self.sizes.iter_mut().zip(made_of).for_each(|(size, terms)| *size = size.max(OF_TERMS * terms));
     }
 
     /// What is left: of Newton's and Euler's equations, then of the constraints on accelerations.

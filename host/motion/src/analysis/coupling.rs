@@ -13,9 +13,10 @@ use std::ops::Range;
 use element_api::ElementSet;
 
 use super::closing::{Closing, largest, solved_at, units};
+use super::evaluator::Evaluator;
 use super::formulation::{AnalysisError, Counters, Guess};
 use crate::plan::Layout;
-use crate::program::{Equations, Node, Program, Used, Workspace};
+use crate::program::{Equations, Graph, Node, Program, Used, Workspace, sizes_of_terms};
 
 /// Iterations before a scene counts as having no solution.
 pub(super) const MOST_ITERATIONS: usize = 60;
@@ -246,6 +247,9 @@ pub(super) struct BodyCoupling {
     more_in_rates: bool,
     /// Mass or moment of inertia that each load acts on by itself.
     masses: Vec<f64>,
+    /// What the loads are made of, as [`sizes_of_terms`] writes it and, once it was asked for, as a program.
+    terms: (Graph, Vec<Node>),
+    made_of: Option<Evaluator>,
 }
 
 impl BodyCoupling {
@@ -271,6 +275,8 @@ impl BodyCoupling {
             side_accelerations: vec![0.0; layout.velocities()],
             side_multipliers: vec![0.0; layout.rows],
             masses: masses.chunks_exact(9).flat_map(|m| [m[0], m[1], m[2], m[3], m[6], m[8]]).collect(),
+            terms: sizes_of_terms(equations),
+            made_of: None,
         })
     }
 
@@ -349,6 +355,13 @@ impl BodyCoupling {
     pub(super) fn loads(&mut self, inputs: &[f64], sets: &[Box<dyn ElementSet>]) -> Result<&[f64], AnalysisError> {
         self.run(inputs, sets)?;
         Ok(&self.outputs[..self.loads])
+    }
+
+    /// The sum of the magnitudes of the terms of each load with the solution that the inputs hold: those with accelerations cancel where an
+    /// element brings inertia, those with positions where it is stiff.
+    pub(super) fn made_of(&mut self, inputs: &[f64], sets: &[Box<dyn ElementSet>]) -> Result<&[f64], AnalysisError> {
+        let (graph, nodes) = &self.terms;
+        self.made_of.get_or_insert_with(|| Evaluator::new(graph, nodes)).run(inputs, sets)
     }
 
     fn run(&mut self, inputs: &[f64], sets: &[Box<dyn ElementSet>]) -> Result<(), AnalysisError> {

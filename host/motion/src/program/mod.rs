@@ -81,7 +81,7 @@ pub use joint::{JointEquations, JointPose};
 pub use kinematics::{BodyNodes, turned_parameters};
 pub use latches::Latch;
 pub use projection::Projecting;
-pub use rate_sizes::{RateSizes, sizes_of_drives, sizes_of_forces};
+pub use rate_sizes::{OF_TERMS, RateSizes, sizes_of_drives, sizes_of_forces, sizes_of_terms};
 pub use reactions::{Reactions, Working};
 pub use releases::Releasing;
 pub use sharp::{Knots, Sharp};

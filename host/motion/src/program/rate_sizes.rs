@@ -10,6 +10,10 @@ use super::equations::Equations;
 use crate::model::Model;
 use crate::plan::Layout;
 
+/// A load counts as no less than this share of the terms that cancel in it, where it depends on what is solved for: a millionth of that, which
+/// it may be missed by, is thousands of times their round-off.
+pub const OF_TERMS: f64 = 1e-6;
+
 /// Nodes in a graph of their own, which takes further inputs behind those of [`Layout`]: see [`RateSizes::inputs`].
 pub struct RateSizes {
     /// The operations.
@@ -71,6 +75,17 @@ pub fn sizes_of_forces(equations: &Equations, model: &Model, layout: &Layout) ->
     let of = |kind: usize| bodies.iter().map(move |body| 2 * body + kind);
     let nodes = of(0).chain(of(1)).map(|load| loads[&load]).collect();
     (graph, nodes)
+}
+
+/// Per entry of the loads, six per body, the sum of the magnitudes of the terms that it is made of, N or N m, in a graph that takes the
+/// inputs of [`Layout`].
+#[must_use]
+pub fn sizes_of_terms(equations: &Equations) -> (Graph, Vec<Node>) {
+    let mut graph = Graph::default();
+    let loads =
+        Rewriting::new(&equations.graph, &mut graph, FxHashMap::default()).carry_all(&mut graph, &equations.loads);
+    let sizes = magnitudes(&mut graph, &loads, &FxHashMap::default());
+    (graph, sizes)
 }
 
 /// Three nodes per row that a function of time drives, in a graph that takes the inputs of [`Layout`]: the sum of the magnitudes of the

@@ -7,13 +7,14 @@
 use std::ops::Range;
 
 use crate::linalg::connected_blocks;
-use odyn_graph::{Elimination, Expr, Graph, Node, Rewriting, Seeds, derivatives};
+use odyn_graph::{Elimination, Expr, Graph, Node, Rewriting, Seeds, derivatives, magnitudes};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::carry::{carried_bodies, is_open};
 use super::equations::Equations;
 use super::joint::JointEquations;
 use super::kinematics::entries;
+use super::rate_sizes::OF_TERMS;
 use crate::plan::{Layout, SpanningTree};
 
 /// Quantities with accelerations and multipliers as functions of the inputs of [`JointEquations`]: of the coordinates, of u' at
@@ -54,6 +55,14 @@ impl Balance {
         let square = g.mul(term, term);
         self.squares[column] = g.add(self.squares[column], square);
     }
+
+    /// Counts what cancels in a load, the sum of the magnitudes of its terms, as far as its round-off needs it.
+    fn count(&mut self, g: &mut Graph, column: usize, terms: Node) {
+        let share = g.constant(OF_TERMS);
+        let size = g.mul(share, terms);
+        let square = g.mul(size, size);
+        self.squares[column] = g.add(self.squares[column], square);
+    }
 }
 
 impl JointEquations {
@@ -92,6 +101,11 @@ impl JointEquations {
             let load = rewriting.carry(&mut g, *load);
             let minus = g.neg(load);
             balance.take(&mut g, column, minus);
+        }
+        if self.has_inertia {
+            let loads = rewriting.carry_all(&mut g, &equations.loads);
+            let made_of = magnitudes(&mut g, &loads, &FxHashMap::default());
+            made_of.into_iter().enumerate().for_each(|(column, terms)| balance.count(&mut g, column, terms));
         }
         for (row, column, value) in mass.iter().filter(|(row, ..)| concerned[row / 6]) {
             let value = g.constant(*value);

@@ -80,6 +80,9 @@ impl WorkingForm {
             None => &dynamics.further(FUNCTIONS)[..self.motion.accelerations.len()],
         };
         take(&mut self.balance, dynamics, loads, &self.motion.accelerations, lambda);
+        if let Some(coupling) = &mut self.coupling {
+            self.balance.take_terms(coupling.made_of(&self.motion.inputs, &self.sets)?);
+        }
         Ok(self.balance.of_bodies())
     }
 
