@@ -28,6 +28,11 @@ const LINE: f64 = 1e-12;
 const NOISE: f64 = 64.0;
 /// Shares of the largest position, in the whole time of a run, that motions go by which are small beside its round-off.
 const LITTLE: f64 = 1e-4;
+/// Steps whose floor is asked for, among which noise of states is measured once: it costs little more than one of them.
+const LOOKS: usize = 64;
+/// Differences along one line, and what of the noise that was known remains when it is measured again.
+const WINDOWS: usize = 4;
+const FADES: f64 = 0.5;
 /// Growth in a round from which on there is another.
 const GROWTH: f64 = 1.1;
 
@@ -52,6 +57,9 @@ pub(super) struct Floor {
     unit: [f64; 2],
     /// Up to which speed, m/s, these count.
     slow: f64,
+    /// Noise of the rates of states ([`Floor::measure_states`]), and how often it was asked for.
+    of_rates: Vec<f64>,
+    looks: usize,
     /// What no error in it has to be below, per state, where that was asked for.
     errors: Vec<f64>,
     is_known: bool,
@@ -77,6 +85,8 @@ impl Floor {
             noise: [0.0; 2],
             unit: [0.0; 2],
             slow: 0.0,
+            of_rates: vec![0.0; layout.states],
+            looks: 0,
             errors: vec![0.0; layout.states],
             is_known: true,
             inputs: Vec::with_capacity(RateSizes::inputs(layout)),
@@ -188,32 +198,15 @@ impl Floor {
         }
         let groups = formulation.groups().to_vec();
         self.unit = [f64::EPSILON * far, f64::EPSILON];
-        let mut draw = SplitMix64::new(1);
-        let line: Vec<f64> = groups
-            .iter()
-            .map(|group| match group {
-                Group::Position => LINE * far * draw.either_way(),
-                Group::Parameter => LINE * draw.either_way(),
-                _ => 0.0,
-            })
-            .collect();
-        let mut along = |way: f64| -> Option<[f64; 2]> {
-            let (mut rates, mut differences) = (vec![0.0; y.len()], vec![0.0; y.len()]);
-            for (k, weight) in FOURTH.iter().enumerate() {
-                let place = way * (k + 1) as f64;
-                let moved: Vec<f64> = y.iter().zip(&line).map(|(y, along)| y + place * along).collect();
-                formulation.rates(t, &moved, &mut rates).ok()?;
-                differences.iter_mut().zip(&rates).for_each(|(sum, rate)| *sum += weight * rate);
-            }
-            let most = |of: Group| {
-                let own = differences.iter().zip(&groups).filter(|(_, group)| **group == of);
-                own.fold(0.0_f64, |most, (difference, _)| most.max(difference.abs()))
-            };
-            Some([most(Group::Velocity), most(Group::AngularVelocity)])
+        let most = |noise: &[f64], of: Group| {
+            let own = noise.iter().zip(&groups).filter(|(_, group)| **group == of);
+            own.fold(0.0_f64, |most, (noise, _)| most.max(*noise))
         };
+        let kinds = |noise: &[f64]| [Group::Velocity, Group::AngularVelocity].map(|of| most(noise, of));
         // Where there is no answer, the first step will fail, too.
-        let found = along(1.0).zip(along(-1.0)).filter(|(a, b)| a.iter().chain(b).all(|noise| noise.is_finite()));
-        self.noise = found.map_or([0.0; 2], |(a, b)| [0, 1].map(|k| a[k].min(b[k])));
+        let found = noise_beside((t, y), far, (1, 1), formulation).map(|sides| sides.map(|noise| kinds(&noise)));
+        let found = found.filter(|sides| sides.iter().flatten().all(|noise| noise.is_finite()));
+        self.noise = found.map_or([0.0; 2], |[a, b]| [0, 1].map(|k| a[k].min(b[k])));
     }
 
     /// At rest accelerations are round-off of the forces that cancel in them, of this size, N, and of positions ([`Floor::shaken`]). From
@@ -276,7 +269,27 @@ impl Floor {
         [0, 1].map(|k| of(k).max(noise(k)))
     }
 
+    /// Noise of the rates of states where the step under way begins, as [`Floor::measure`] finds that of accelerations: a sum of terms that
+    /// cancel in an acceleration does not show in those of the states that follow it. What is stiff in one direction has a noise of few
+    /// steps, and differences of these are often zero: there are several, along another line each time, and what was found before fades.
+    fn measure_states(&mut self, far: f64, formulation: &mut dyn Formulation) {
+        let first = self.y.len() - 1 - self.layout.states;
+        let seed = 1 + (self.looks / LOOKS) as u64;
+        let found = noise_beside((self.t, &self.y), far, (seed, WINDOWS), formulation);
+        for (k, noise) in self.of_rates.iter_mut().enumerate() {
+            let sides = found.as_ref().map_or(0.0, |[a, b]| a[first + k].min(b[first + k]));
+            *noise = if sides.is_finite() { sides.max(FADES * *noise) } else { 0.0 };
+        }
+    }
+
     fn find(&mut self, formulation: &mut dyn Formulation, scales: &Scales) -> Result<(), AnalysisError> {
+        if self.evaluator.is_none() {
+            return Ok(());
+        }
+        if self.looks.is_multiple_of(LOOKS) {
+            self.measure_states(scales.far, formulation);
+        }
+        self.looks += 1;
         let Some(evaluator) = &mut self.evaluator else { return Ok(()) };
         let observed = formulation.observe(self.t, &self.y, self.needs_dynamics)?;
         self.inputs.clear();
@@ -292,8 +305,12 @@ impl Floor {
             let (paces, values) = rest.split_at(self.layout.states);
             let mut grows = false;
             for (k, ((size, pace), value)) in sizes.iter().zip(paces).zip(values).enumerate() {
-                let [made, value] = [size * self.h / (1.0 + pace * self.h), *value]
-                    .map(|size| if size.is_finite() { size } else { 0.0 });
+                // Where nothing is deformed, what a rotation is made of may be no number.
+                let [size, value] = [*size, *value].map(|size| if size.is_finite() { size } else { 0.0 });
+                let pace = if pace.is_nan() { 0.0 } else { *pace };
+                // An unknown does not follow its rate.
+                let noise = if value > 0.0 { 0.0 } else { NOISE / ROUND_OFF * self.of_rates[k] };
+                let made = (size + noise) * self.h / (1.0 + pace * self.h);
                 self.errors[k] = ROUND_OFF * (made + value);
                 let state = &mut self.inputs[given + k];
                 grows |= made > GROWTH * *state;
@@ -311,4 +328,39 @@ impl Floor {
         }
         Ok(())
     }
+}
+
+/// What fourth differences of rates are at most along a short line of positions, on both sides of a state, `far` from the origin, m: see
+/// [`Floor::measure`]. As many differences as `windows`, which overlap, along a line that `seed` draws.
+fn noise_beside(
+    (t, y): (f64, &[f64]),
+    far: f64,
+    (seed, windows): (u64, usize),
+    formulation: &mut dyn Formulation,
+) -> Option<[Vec<f64>; 2]> {
+    let mut draw = SplitMix64::new(seed);
+    let line: Vec<f64> = formulation
+        .groups()
+        .iter()
+        .map(|group| match group {
+            Group::Position => LINE * far * draw.either_way(),
+            Group::Parameter => LINE * draw.either_way(),
+            _ => 0.0,
+        })
+        .collect();
+    let mut along = |way: f64| -> Option<Vec<f64>> {
+        let (mut rates, mut differences) = (vec![0.0; y.len()], vec![vec![0.0; y.len()]; windows]);
+        for place in 0..FOURTH.len() + windows - 1 {
+            let share = way * (place + 1) as f64;
+            let moved: Vec<f64> = y.iter().zip(&line).map(|(y, along)| y + share * along).collect();
+            formulation.rates(t, &moved, &mut rates).ok()?;
+            for (window, differences) in differences.iter_mut().enumerate() {
+                let Some(weight) = place.checked_sub(window).and_then(|k| FOURTH.get(k)) else { continue };
+                differences.iter_mut().zip(&rates).for_each(|(sum, rate)| *sum += weight * rate);
+            }
+        }
+        let most = |k: usize| differences.iter().fold(0.0_f64, |most, own| most.max(own[k].abs()));
+        Some((0..y.len()).map(most).collect())
+    };
+    Some([along(1.0)?, along(-1.0)?])
 }
