@@ -545,3 +545,41 @@ fn limited(high: f64) -> Sensitivities {
     let scratch = Scratch::new();
     of(&scratch.file("scene.toml", text), &["x"], &["limited.params.high"], &[])
 }
+
+/// Joints let go where the number says so: at another time in each run, with another value of what decides.
+#[test]
+fn derivatives_go_on_where_joints_let_go() {
+    let [g, m, b, j, a0] = [9.81, 2.0, 0.4, 0.02, 1.2];
+    let path = scene("verification/release.toml");
+    let found = of(&path, &["z", "px", "py", "w", "lever_spin"], &["t2", "c", "a"], &[]);
+    let one = |output: &str, parameter: &str| {
+        found
+            .outputs
+            .iter()
+            .find(|one| one.output == output && one.parameter == parameter)
+            .expect("one of those asked for")
+    };
+    let fallen = |t: f64, c: C| {
+        let d = (t - b).max(0.0);
+        -(c * b / m + g) * d * d / 2.0 - c * d * d * d / (6.0 * m)
+    };
+    let worst = compare(&found.times, one("z", "c"), &exact(&found.times, fallen, 25.0));
+    assert!(worst < 1e-8, "{worst:e}");
+    let flies = |from: fn(C) -> C, along: fn(C) -> C| {
+        move |t: f64, t2: C| {
+            if t < t2.re { C::from(0.0) } else { from(t2 * 2.0) * 0.8 + along(t2 * 2.0) * 1.6 * (C::from(t) - t2) }
+        }
+    };
+    for (output, form) in [("px", flies(|x| x.cos(), |x| -x.sin())), ("py", flies(|x| x.sin(), |x| x.cos()))] {
+        let worst = compare(&found.times, one(output, "t2"), &exact(&found.times, form, 0.5));
+        assert!(worst < 1e-8, "{output} {worst:e}");
+    }
+    // It opens on its way, next to t = 0.705.
+    let spins = |t: f64, a: C| {
+        if t < 0.705 { C::from(0.0) } else { ((a.cos() - f64::cos(a0)) * (2.0 * g / (1.0 + j / m))).sqrt() }
+    };
+    let worst = compare(&found.times, one("w", "a"), &exact(&found.times, spins, -0.5));
+    assert!(worst < 1e-8, "{worst:e}");
+    assert!(found.outputs.iter().all(|one| one.passed <= 2), "{:?}", found.notes);
+    assert!(one("lever_spin", "t2").independent);
+}

@@ -468,7 +468,7 @@ fn sampled(done: &Done, wanted: &Wanted, times: &[f64]) -> Sampled {
     let before = |time: f64| report.times.partition_point(|sample| *sample * done.unit_of_time < time);
     let mut events = BTreeMap::<String, Vec<(usize, &'static str)>>::new();
     for event in &report.events {
-        let row = format!("{} {}", event.element, event.row);
+        let row = format!("{} {}", event.element, event.name_of_row());
         events.entry(row).or_default().push((before(event.time), event.kind.name()));
     }
     Sampled {

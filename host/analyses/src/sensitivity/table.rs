@@ -69,9 +69,9 @@ impl Sensitivities {
             for one in &self.outputs {
                 let [peak, last] = [one.peak, one.derivative.last().copied().unwrap_or(f64::NAN)];
                 let shown = |value: f64| match value {
+                    value if !value.is_finite() => "no derivative".to_owned(),
                     _ if one.independent => "0".to_owned(),
-                    value if value.is_finite() => number(value, one.digits),
-                    _ => "none".to_owned(),
+                    value => number(value, one.digits),
                 };
                 let unique = if one.unique { "" } else { " (not unique)" };
                 let name = format!("{}{unique}", one.output);

@@ -81,6 +81,12 @@ pub struct Event {
 }
 
 impl Event {
+    /// The row without the value that it may have at the event (`force = 25 N`), which differs from run to run.
+    #[must_use]
+    pub fn name_of_row(&self) -> &str {
+        self.row.split_once(" = ").map_or(&self.row, |(name, _)| name)
+    }
+
     /// Elements and rows that something happened to, each with the first time, s.
     #[must_use]
     pub fn first(events: &[Self], kind: EventKind) -> Vec<([String; 2], f64)> {
