@@ -421,7 +421,7 @@ fn a_force_that_jumps_opens_a_contact_at_once() {
 }
 
 /// A table of 10 kg on legs at these places, half a metre below its centre, which slides along x.
-fn table(legs: &[[f64; 2]], spin: f64, leg: &str) -> String {
+pub(crate) fn table(legs: &[[f64; 2]], spin: f64, leg: &str) -> String {
     let mut text = format!(
         "[plugins]\nlibraries = [\"odyn-joints\"]\n[simulation]\ngravity = [0, 0, -9.81]\nt_end = 0.1\noutput_step = 0.01\n\
          [[body]]\nname = \"table\"\nmass = 10\ninertia = [1, 1, 1.5]\nposition = [0, 0, 0.5]\nvelocity = [1, 0, 0]\n\
@@ -456,6 +456,39 @@ fn loads_of_four_legs_are_not_unique_and_the_report_says_so() {
     let report = run(&table(&FOUR[..3], 0.0, ""), &[]);
     // The centre is over the edge between two legs: the third carries nothing, all are determined.
     assert!(report.channels.iter().all(|channel| channel.unique) && report.summary.warnings.is_empty());
+}
+
+/// A ladder on a rough floor against a wall: a wall that is told to be smooth holds as one of which nothing is said.
+#[test]
+fn friction_without_a_limit_leaves_nothing_open() {
+    let ladder = |wall: &str| {
+        let body = "position = [0.42261826174069944, 0, 0.9063077870366499]\norientation = { axis = [0, 1, 0], angle = 1.1344640137963142 }";
+        let output = |name: &str, of: &str, component: &str| {
+            format!(
+                "[[output]]\nname = \"{name}\"\nquantity = \"reaction_force\"\nof = \"{of}\"\ncomponent = \"{component}\"\n"
+            )
+        };
+        format!(
+            "plugins.libraries = [\"joints\"]\n[simulation]\ngravity = [0, 0, -9.81]\nt_end = 0.1\noutput_step = 0.1\n\
+             [[body]]\nname = \"ladder\"\nmass = 10\ninertia = [0.1, 3.3, 3.3]\n{body}\n\
+             [[joint]]\nname = \"floor\"\ntype = \"plane-contact\"\nbodies = [\"ground\", \"ladder\"]\nparams.mu = 0.4\n\
+             frames = [{{ position = [0, 0, 0], axis = [0, 0, 1] }}, {{ position = [1, 0, 0] }}]\n\
+             [[joint]]\nname = \"wall\"\ntype = \"plane-contact\"\nbodies = [\"ground\", \"ladder\"]\n{wall}\n\
+             frames = [{{ position = [0, 0, 0], axis = [1, 0, 0] }}, {{ position = [-1, 0, 0] }}]\n\
+             [[joint]]\nname = \"plane\"\ntype = \"planar\"\nbodies = [\"ground\", \"ladder\"]\npoint = [0, 0, 0]\naxis = [0, 1, 0]\n{}{}{}",
+            output("normal", "floor", "z"),
+            output("friction", "floor", "x"),
+            output("push", "wall", "x")
+        )
+    };
+    for (wall, not_unique) in [("", 0), ("params.mu = 0.0", 0), ("params.mu = 0.2", 3)] {
+        let report = run(&ladder(wall), &[]);
+        assert_eq!(report.summary.not_unique.len(), not_unique, "{wall} {:?}", report.summary.not_unique);
+        if not_unique == 0 {
+            let expected = 5.0 * 9.81 * 0.42261826174069944 / 0.9063077870366499;
+            assert!((column(&report, "push")[0].abs() - expected).abs() < 1e-9, "{wall} {:?}", column(&report, "push"));
+        }
+    }
 }
 
 #[test]

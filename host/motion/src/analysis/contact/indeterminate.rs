@@ -147,13 +147,14 @@ impl Meeting {
     }
 
     /// Frictions that stick, and those that act with their limit at rest: they neither move nor begin to, since others hold them, too.
+    /// Those without a limit (`mu = 0`) hold nothing.
     /// `w`: accelerations of the rows.
     fn resting(&self, pattern: &Pattern, w: &DVector<f64>, speed: f64) -> Vec<usize> {
         let rests = |grip: &Grip| !grip.fixed && self.moving(grip, speed).is_none() && self.begins(grip, w).is_none();
         let slides = |grip: &Grip| pattern.sliding.iter().any(|(number, _)| *number == grip.number);
         let own =
             self.grips.iter().filter(|grip| pattern.sticking.contains(&grip.number) || slides(grip) && rests(grip));
-        own.map(|grip| grip.number).collect()
+        own.filter(|grip| grip.limit > 0.0).map(|grip| grip.number).collect()
     }
 
     /// Where a grip begins to slide to, if its rows have these accelerations.
