@@ -212,3 +212,12 @@ fn are_off_by_no_more(text: &str, precise: bool) {
         }
     }
 }
+
+/// Bearings keep a shaft where it is: what moves it there is nothing but round-off, whose series has no end. Steps became as short as that
+/// asks for, and nothing was known after a minute.
+#[test]
+fn what_stands_still_but_for_round_off_does_not_shorten_steps() {
+    let (_, digits) = judged("verification/constant-velocity.toml", &[]);
+    assert!(digits.precise && digits.reason.is_empty() && digits.t_last == 2.0, "{} {}", digits.reason, digits.t_last);
+    assert!(digits.accuracy < 1e-20, "{:e}", digits.accuracy);
+}

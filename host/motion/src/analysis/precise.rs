@@ -132,7 +132,7 @@ impl PreciseMotion {
             turned: vec![Vec::new(); order + 1],
             angles,
             rows,
-            state: PreciseState::new(&joint.coordinates, layout),
+            state: PreciseState::new(&joint.coordinates, layout, plan.length),
             order,
             length: plan.length,
         })
@@ -152,7 +152,7 @@ impl PreciseMotion {
     /// least of 1 rad or the scene's size.
     #[must_use]
     pub fn rounded(&self, start: &[DoubleDouble]) -> Vec<DoubleDouble> {
-        self.state.rounded(start, self.length)
+        self.state.rounded(start)
     }
 
     /// The same by series of a lower order.
@@ -258,6 +258,19 @@ impl Expansion for PreciseMotion {
 
     fn kinds(&self) -> &[usize] {
         &self.state.kinds
+    }
+
+    fn units(&self) -> &[f64] {
+        &self.state.units
+    }
+
+    /// Positions are of the size of the scene; velocities that move by less while it runs are none. Nothing is known of element states.
+    fn least(&self, kind: usize, duration: f64) -> f64 {
+        match kind {
+            0 => 1.0,
+            1 if duration > 0.0 => 1.0 / duration,
+            _ => 0.0,
+        }
     }
 }
 

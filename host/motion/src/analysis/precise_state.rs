@@ -8,8 +8,9 @@ use crate::precise::DoubleDouble;
 
 const ZERO: DoubleDouble = DoubleDouble::ZERO;
 
-/// Kinds of entries: lengths, angles and Euler parameters, velocities, angular velocities; then each element state.
-const KINDS: usize = 4;
+/// Kinds of entries: positions and velocities, where lengths are measured by the size of the scene, angles and Euler parameters by one;
+/// then each element state. Rotation gives round-off to translation that is none (a shaft in its bearings), and the other way.
+const KINDS: usize = 2;
 
 /// See the module documentation.
 #[derive(Clone)]
@@ -22,23 +23,28 @@ pub(super) struct PreciseState {
     kept: Vec<f64>,
     /// Of each entry of a state.
     pub(super) kinds: Vec<usize>,
+    /// What one is of each entry: the size of the scene for lengths and velocities.
+    pub(super) units: Vec<f64>,
 }
 
 impl PreciseState {
-    pub(super) fn new(coordinates: &Coordinates, layout: &Layout) -> Self {
-        let mut kinds = vec![1; coordinates.motion];
+    pub(super) fn new(coordinates: &Coordinates, layout: &Layout, length: f64) -> Self {
+        let (mut kinds, mut units) = (vec![0; coordinates.motion], vec![1.0; coordinates.motion + layout.states]);
         for line in &coordinates.lines {
-            let kind = usize::from(line.measure == Measure::Angle);
-            (kinds[line.position], kinds[line.velocity]) = (kind, 2 + kind);
+            kinds[line.velocity] = 1;
+            if line.measure == Measure::Length {
+                (units[line.position], units[line.velocity]) = (length, length);
+            }
         }
         for rotation in &coordinates.rotations {
-            kinds[rotation.velocity..rotation.velocity + 3].fill(3);
+            kinds[rotation.velocity..rotation.velocity + 3].fill(1);
         }
         kinds.extend(KINDS..KINDS + layout.states);
         Self {
             inputs: vec![ZERO; coordinates.input_count],
             kept: Vec::new(),
             kinds,
+            units,
             coordinates: coordinates.clone(),
             layout: layout.clone(),
         }
@@ -55,9 +61,9 @@ impl PreciseState {
         motion.chain(elements).map(|x| DoubleDouble::from(*x)).collect()
     }
 
-    pub(super) fn rounded(&self, start: &[DoubleDouble], length: f64) -> Vec<DoubleDouble> {
+    pub(super) fn rounded(&self, start: &[DoubleDouble]) -> Vec<DoubleDouble> {
         let moved = start.iter().zip(&self.kinds).enumerate().map(|(k, (x, kind))| {
-            let least = [length, 1.0].get(*kind).copied().unwrap_or(0.0);
+            let least = if *kind == 0 { self.units[k] } else { 0.0 };
             // Up or down, in an order that no mechanism has.
             let sign = if (k * k + k / 2).is_multiple_of(3) { 1.0 } else { -1.0 };
             *x + DoubleDouble::from(sign * 0.5 * f64::EPSILON * x.to_f64().abs().max(least))

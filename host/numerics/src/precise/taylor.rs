@@ -40,6 +40,13 @@ pub trait Expansion {
 
     /// Which entries of a state are of one kind, and judged by the largest of it: a number for each entry, without gaps.
     fn kinds(&self) -> &[usize];
+
+    /// What one is of each entry, among those of its kind.
+    fn units(&self) -> &[f64];
+
+    /// Size below which a kind is judged as if it were of this size, for a solution over so long: what is less may be nothing but
+    /// round-off, whose series has no end.
+    fn least(&self, kind: usize, duration: f64) -> f64;
 }
 
 /// A state that was asked for.
@@ -91,6 +98,7 @@ impl Taylor {
         mut told: impl FnMut(&mut S, Sampled<'_>),
         mut go_on: impl FnMut(f64) -> bool,
     ) -> Result<usize, Ended> {
+        let duration = times.last().map_or(0.0, |last| last - t);
         let mut t = DoubleDouble::from(t);
         let ended = |t: DoubleDouble, why: &str| Ended { t: t.to_f64(), why: why.into() };
         system.settle(t, ZERO, &mut state).map_err(|why| ended(t, &why))?;
@@ -110,7 +118,7 @@ impl Taylor {
                     "a value is not finite, as in a position where the equations have no single solution",
                 ));
             }
-            let h = self.step(system, t, &coefficients).map_err(|why| ended(t, &why))?;
+            let h = self.step(system, (t, duration), &coefficients).map_err(|why| ended(t, &why))?;
             while let Some(time) = times.get(row).map(|time| DoubleDouble::from(*time)).filter(|time| *time <= t + h) {
                 at(&coefficients, time - t, &mut state);
                 told(system, Sampled { row, t: time, since: time - t, state: &state });
@@ -128,10 +136,10 @@ impl Taylor {
     fn step<S: Expansion>(
         &self,
         system: &mut S,
-        t: DoubleDouble,
+        (t, duration): (DoubleDouble, f64),
         coefficients: &[Vec<DoubleDouble>],
     ) -> Result<DoubleDouble, String> {
-        let sizes = sizes(coefficients, system.kinds());
+        let sizes = sizes(coefficients, system, duration);
         let mut h = self.longest;
         while !sizes.iter().all(|terms| self.is_short_enough(terms, h)) {
             h *= SHORTER;
@@ -147,8 +155,8 @@ impl Taylor {
             let off =
                 end_rates(coefficients, h).zip(&rates).map(|(series, found)| (series - *found).abs().to_f64() * h);
             let size = |kind: &usize| sum_of(&sizes[*kind], h);
-            let mut pairs = off.zip(system.kinds());
-            if pairs.all(|(off, kind)| off <= DEFECT * self.tolerance * size(kind)) {
+            let mut entries = off.zip(system.kinds().iter().zip(system.units()));
+            if entries.all(|(off, (kind, unit))| off <= DEFECT * self.tolerance * unit * size(kind)) {
                 return Ok(DoubleDouble::from(h));
             }
             // What conditions hold under has to be that of the start again.
@@ -165,13 +173,17 @@ impl Taylor {
     }
 }
 
-/// The largest coefficient of each order, by kind.
-fn sizes(coefficients: &[Vec<DoubleDouble>], kinds: &[usize]) -> Vec<Vec<f64>> {
+/// The largest coefficient of each order, by kind, in the units of its entries.
+fn sizes<S: Expansion>(coefficients: &[Vec<DoubleDouble>], system: &S, duration: f64) -> Vec<Vec<f64>> {
+    let (kinds, units) = (system.kinds(), system.units());
     let mut sizes = vec![vec![0.0_f64; coefficients.len()]; kinds.iter().max().map_or(0, |kind| kind + 1)];
+    for (kind, sizes) in sizes.iter_mut().enumerate() {
+        sizes[0] = system.least(kind, duration);
+    }
     for (order, list) in coefficients.iter().enumerate() {
-        for (kind, value) in kinds.iter().zip(list) {
+        for (value, (kind, unit)) in list.iter().zip(kinds.iter().zip(units)) {
             let size = &mut sizes[*kind][order];
-            *size = size.max(value.to_f64().abs());
+            *size = size.max(value.to_f64().abs() / unit);
         }
     }
     sizes

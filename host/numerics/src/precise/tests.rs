@@ -113,6 +113,12 @@ impl Expansion for Ditch {
     fn kinds(&self) -> &[usize] {
         &KINDS
     }
+    fn units(&self) -> &[f64] {
+        &[1.0; 2]
+    }
+    fn least(&self, _: usize, _: f64) -> f64 {
+        0.0
+    }
 }
 
 fn solve(order: usize, tolerance: f64, start: [f64; 2], times: &[f64]) -> Result<Vec<Number>, Ended> {
