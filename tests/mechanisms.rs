@@ -4,10 +4,13 @@ use std::f64::consts::PI;
 use std::path::Path;
 use std::process::Command;
 
-use odyn::analyses::balance::{Question, balance};
+use odyn::analyses::balance::{Balanced, Question, balance};
+use odyn::analyses::folder;
 use odyn::analyses::kinematics::{Drive, Kinematics, kinematics};
-use odyn::analyses::loads::{Case, Consistent, Loads, Watch};
+use odyn::analyses::linear::Port;
+use odyn::analyses::loads::{Case, Consistent, Loads, Watch, loads};
 use odyn::analyses::prescribed::quantity;
+use odyn::analyses::shown;
 use odyn::session::Session;
 
 use crate::support::{Scratch, open_text, options, root};
@@ -136,6 +139,20 @@ fn all_its_motion_has_the_dead_centres() {
         let [x, slope, _] = piston(*angle);
         assert!((column(&whole, "x")[k] - x).abs() < 1e-11 && (column(&whole, "x'")[k] - slope).abs() < 1e-10);
     }
+    // Where the piston drives and stands still, nothing has a ratio to it.
+    let angle = "[[output]]\nname = \"angle\"\nquantity = \"coordinate\"\nof = \"bearing\"\nchannel = \"angle\"\n";
+    let session = open_text(&format!("{SLIDER_CRANK}{angle}"), &[]);
+    let by_piston = found(&session, &Drive::Whole(quantity(&session, "x").expect("an output")));
+    let start = (0..by_piston.places.len()).max_by(|a, b| by_piston.places[*a].total_cmp(&by_piston.places[*b]));
+    assert!(column(&by_piston, "angle'")[start.expect("places")].is_nan(), "{:?}", column(&by_piston, "angle'"));
+    let ports: Vec<(&Port, &[f64])> =
+        by_piston.columns.iter().zip(by_piston.values.iter().map(Vec::as_slice)).collect();
+    let text = folder::over(&by_piston.over, &by_piston.places, &ports);
+    assert!(text.contains(",\n") && !text.contains("NaN"), "{text}");
+    // It does not drive away from there.
+    let drive = Drive::Over(quantity(&session, "x").expect("an output"), [0.7, 0.6], 4);
+    let error = kinematics(&session, &drive, &mut |_| ()).map(|_| ()).unwrap_err().to_string();
+    assert!(error.contains("at a dead point") && !error.contains("leave this free"), "{error}");
     // The piston cannot drive it beyond the dead centre.
     let drive = Drive::Over(quantity(&session, "x").unwrap(), [0.6, 0.75], 4);
     let error = kinematics(&session, &drive, &mut |_| ()).unwrap_err();
@@ -331,6 +348,64 @@ fn loads_on_each_body_are_in_balance() {
     assert!(peaks.iter().all(|case| !case.why.contains("force")), "{peaks:?}");
     let found = loads_of(&|| open_text(BARS, &[]), "upper", &[0.0, 0.4, 1.0]);
     assert!(found.cases.iter().all(|case| case.left.iter().all(|left| *left < 1e-12)), "{:?}", found.cases);
+}
+
+/// At the time of an event loads are those before it, as samples of a run are: a controller that reads the angle every 0.1 s.
+#[test]
+fn loads_at_an_event_are_those_before_it() {
+    const HELD: &str = r#"
+[plugins]
+libraries = ["joints", "forces", "controls"]
+[simulation]
+gravity = [0, 0, 0]
+t_end = 1
+output_step = 0.1
+[[body]]
+name = "arm"
+mass = 1
+inertia = [0.1, 0.1, 0.1]
+position = [0.2, 0, 0]
+angular_velocity = [0, 1, 0]
+velocity = [0, 0, -0.2]
+[[joint]]
+name = "hinge"
+type = "revolute"
+bodies = ["ground", "arm"]
+point = [0, 0, 0]
+axis = [0, 1, 0]
+[[control]]
+name = "held"
+type = "digital-filter"
+inputs = { input = "phi" }
+params = { period = 0.1, numerator = [-2], denominator = [1] }
+[[force]]
+name = "motor"
+type = "rotational-actuator"
+bodies = ["ground", "arm"]
+point = [0, 0, 0]
+axis = [0, 1, 0]
+inputs = { signal = "held.output" }
+[[output]]
+name = "phi"
+quantity = "coordinate"
+of = "hinge"
+channel = "angle"
+[[output]]
+name = "torque"
+quantity = "value"
+of = "held"
+channel = "output"
+"#;
+    let report = open_text(HELD, &[]).run(None, Box::new(|_| ()), &Default::default()).expect("it runs");
+    let torques = crate::support::column(&report, "torque");
+    let times = [0.0, 0.3, 0.5, 0.55, 1.0];
+    let found = loads(open_text(HELD, &[]), "arm", Some(&times), &mut |_| (), &Default::default()).expect("loads");
+    let motor = found.attachments.iter().position(|one| one.element == "motor").expect("it acts on the arm");
+    for (case, sample) in found.cases.iter().zip([0, 3, 5, 6, 10]) {
+        let moment = case.wrenches[motor].moment[1];
+        assert!((moment - torques[sample]).abs() < 1e-12, "at {}: {moment} {}", case.time, torques[sample]);
+    }
+    assert!(torques[3] != torques[4] && torques[9] != torques[10], "{torques:?}");
 }
 
 /// The mass that elements bring acts on the body through them, and is none of its own: 10 N on 2 kg and an inertance of 3 kg.
@@ -533,6 +608,10 @@ fn an_unbalanced_wheel(path: &Path) {
     // The masses that it has stay: with the counterweight it runs quietly.
     let after = balance(&|| open(&[&weight.set]), &question, &mut |_| ()).unwrap().shaking;
     assert!(after.force_rms < 1e-8 * expected, "{}", after.force_rms);
+    // What is reported goes forwards, whichever way it turns.
+    let all = Balanced { before: found.shaking, counterweight: weight, predicted: left, after };
+    let (angles, _) = shown::shaking(&all);
+    assert!(angles[0] == 0.0 && angles.windows(2).all(|pair| pair[0] < pair[1]), "{angles:?}");
 }
 
 #[test]

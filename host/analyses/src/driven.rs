@@ -295,7 +295,14 @@ impl<'s> Driven<'s> {
                 let freedom = self.freedom(&found, &rows)?;
                 if freedom.count() > 0 {
                     let motion = self.described(&freedom.basis.column(0).into_owned(), &found.scales);
-                    return Err(format!("joints, drivers and prescribed quantities leave this free: {motion}"));
+                    let joints: Vec<usize> = (0..self.rows.own).collect();
+                    let enough = (1..=wish.len()).contains(&self.freedom(&found, &joints)?.count());
+                    return Err(match enough {
+                        true => {
+                            format!("what is prescribed is at a dead point, where it does not determine this: {motion}")
+                        }
+                        false => format!("joints, drivers and prescribed quantities leave this free: {motion}"),
+                    });
                 }
                 let (miss, which) = moves::violation(&found.jacobian().select_rows(rows.iter()), &left, &found.scales);
                 largest = largest.max(miss);

@@ -135,7 +135,7 @@ pub fn write(folder: &Path, scene: &Scene, page: &Page, times: &[f64], columns: 
         parts: page.moves.as_ref().map_or(&[], |moves| &moves.parts),
     };
     let json = |value: &dyn Fn() -> serde_json::Result<String>| value().map_err(io::Error::other);
-    let text = table(times, divided, columns, &|port| port.name.clone(), "t");
+    let text = table(times, divided, columns, &|port| port.name.clone(), "t", "NaN");
     files::write(folder, RESULTS_FILE, text.as_bytes())?;
     let channels = Channels { columns: infos };
     files::write(folder, CHANNELS_FILE, json(&|| serde_json::to_string_pretty(&channels))?.as_bytes())?;
@@ -161,13 +161,14 @@ pub fn write(folder: &Path, scene: &Scene, page: &Page, times: &[f64], columns: 
 pub fn with_units(scene: &Scene, times: &[f64], columns: &[(&Port, &[f64])]) -> String {
     let units = &scene.units;
     let time = format!("t [{}]", units.label(Dimension::TIME));
-    table(times, units.factor(Dimension::TIME), columns, &|port| format!("{} [{}]", port.name, port.unit), &time)
+    table(times, units.factor(Dimension::TIME), columns, &|port| format!("{} [{}]", port.name, port.unit), &time, "NaN")
 }
-/// A table over places of another quantity, in its unit, with units in its header.
+
+/// A table over places of another quantity, in its unit, with units in its header. Empty where there is no value.
 #[must_use]
 pub fn over(drive: &Port, places: &[f64], columns: &[(&Port, &[f64])]) -> String {
     let first = files::cell(&format!("{} [{}]", drive.name, drive.unit));
-    table(places, 1.0, columns, &|port| format!("{} [{}]", port.name, port.unit), &first)
+    table(places, 1.0, columns, &|port| format!("{} [{}]", port.name, port.unit), &first, "")
 }
 
 fn table(
@@ -176,6 +177,7 @@ fn table(
     columns: &[(&Port, &[f64])],
     named: &dyn Fn(&Port) -> String,
     time: &str,
+    missing: &str,
 ) -> String {
     let mut text = String::from(time);
     columns.iter().for_each(|(port, _)| text.push_str(&format!(",{}", files::cell(&named(port)))));
@@ -183,7 +185,10 @@ fn table(
     for (row, time) in times.iter().enumerate() {
         let _ = write!(text, "{:?}", time / factor);
         columns.iter().for_each(|(_, values)| {
-            let _ = write!(text, ",{:?}", values[row]);
+            let _ = match values[row] {
+                value if value.is_nan() => write!(text, ",{missing}"),
+                value => write!(text, ",{value:?}"),
+            };
         });
         text.push('\n');
     }

@@ -102,7 +102,7 @@ pub struct Kinematics {
     /// Quantities of positions; behind each, its first derivative (with a drive, its transmission ratio) as `name'`, and except along
     /// the whole motion its second as `name''`.
     pub columns: Vec<Port>,
-    /// Their values, column by column, in their units.
+    /// Their values, column by column, in their units; none (NaN) for ratios to a drive that stands still, at its dead points.
     pub values: Vec<Vec<f64>>,
     /// How far each quantity goes.
     pub extents: Vec<Extent>,
@@ -447,7 +447,13 @@ fn described(
     for k in &shown {
         for order in 0..2 {
             let port = derived(&all[*k], &over, order);
-            let of = |place: &Place| if order == 0 { place.values[*k] } else { place.rates[*k] / place.rates[own] };
+            // Where the drive stops there is no ratio to it.
+            let stops = |place: &Place| place.rates[own].abs() <= NONE;
+            let of = |place: &Place| match order {
+                0 => place.values[*k],
+                _ if stops(place) => f64::NAN,
+                _ => place.rates[*k] / place.rates[own],
+            };
             values.push(places.iter().map(|place| of(place) / port.factor).collect());
             columns.push(port);
         }

@@ -414,11 +414,12 @@ pub fn balance(found: &Balanced) -> Page {
     }
 }
 
-/// The force on the ground over the turns that were looked at, deg, before and with the counterweight: components that there are.
+/// The force on the ground over the turns that were looked at, deg from their beginning, whichever way they go, before and with the
+/// counterweight: components that there are.
 #[must_use]
 pub fn shaking(found: &Balanced) -> (Vec<f64>, Vec<(Port, Vec<f64>)>) {
     let first = found.before.angles.first().copied().unwrap_or(0.0);
-    let angles: Vec<f64> = found.before.angles.iter().map(|angle| (angle - first).to_degrees()).collect();
+    let angles: Vec<f64> = found.before.angles.iter().map(|angle| (angle - first).abs().to_degrees()).collect();
     let all = [("before", &found.before), ("with the counterweight", &found.after)];
     let largest = all.iter().flat_map(|(_, one)| one.force.iter().flatten()).fold(0.0_f64, |most, x| most.max(x.abs()));
     let mut curves = Vec::new();
