@@ -654,3 +654,49 @@ params = {{ kp = {kp}, ki = 0.0, kd = {kd}, filter_time = {filter} }}
         assert!((x - known).abs() < 1e-11 * known.abs(), "{x} is not {known}");
     }
 }
+
+/// What is said of contacts is where they are: one that touches without a load, and friction of one that is open.
+#[test]
+fn contacts_that_touch_without_a_load_are_told_from_those_that_are_apart() {
+    const FOUR: [[f64; 2]; 4] = [[-0.5, -0.4], [0.5, -0.4], [0.5, 0.4], [-0.5, 0.4]];
+    let text = crate::contacts::table(&FOUR, 0.0, "params.mu = 0.3");
+    let (session, instant) = at_start(of_text(&text, &[]), of_text(&text, &[]));
+    let found = modes(&session, &instant);
+    let open: Vec<&String> = found.notes.iter().filter(|note| note.contains("is open")).collect();
+    assert!(
+        open.iter().all(|note| note.contains("it touches, and nothing presses it")) && open.len() == 1,
+        "{:?}",
+        found.notes
+    );
+    let above = format!(
+        "{PENDULUM}[[joint]]\nname = \"floor\"\ntype = \"plane-contact\"\nbodies = [\"ground\", \"rod\"]\nparams.mu = 0.2\n\
+         frames = [{{ position = [0, -5, 0], axis = [0, 1, 0] }}, {{ position = [0, 0, 0] }}]\n"
+    );
+    let found = rest(&of_text(&above, &[]));
+    assert!(found.notes.iter().all(|note| !note.contains("friction")), "{:?}", found.notes);
+    assert!(found.modes.notes.iter().any(|note| note.ends_with("is open")), "{:?}", found.modes.notes);
+}
+
+/// What a controller does is no potential energy: that of its force was up to 1500 times the kinetic energy.
+#[test]
+fn what_follows_signals_has_no_share_of_potential_energy() {
+    let control = r#"
+[[control]]
+name = "pid"
+type = "pid"
+inputs = { set_point = 0.0, measured = "x" }
+params = { kp = 100, ki = 50, kd = 20, filter_time = 0.05 }
+[[force]]
+name = "drive"
+type = "translational-actuator"
+bodies = ["ground", "block"]
+point = [0, 0, 0]
+axis = [1, 0, 0]
+params.along = "axis"
+inputs = { signal = "pid.output" }
+"#;
+    let session = of_text(&controlled(0.0, 50.0, control), &["block.position.x=0"]);
+    let found = rest(&session).modes;
+    let stored = || found.modes.iter().flat_map(|mode| &mode.potential);
+    assert!(stored().all(|share| share.name == "spring") && stored().count() > 0, "{:?}", found.modes);
+}

@@ -162,7 +162,7 @@ pub(crate) fn energies(
         Some((_, sum)) => *sum += energy / all,
         None => stored.push((name.to_owned(), energy / all)),
     };
-    for (k, load) in linear.load_list.iter().enumerate() {
+    for (k, load) in linear.load_list.iter().enumerate().filter(|(_, load)| !load.follows_signals) {
         let part = |of: &ComplexVector, at: usize| [of[at], of[at + 1], of[at + 2]];
         let (force, torque) = (part(loads, 6 * k), part(loads, 6 * k + 3));
         let (shift, turn) = (part(x, 6 * load.body), part(x, 6 * load.body + 3));

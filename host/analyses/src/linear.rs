@@ -108,6 +108,8 @@ pub struct Linear {
 #[derive(Debug, Clone)]
 pub(crate) struct Load {
     pub(crate) element: String,
+    /// Whether it follows signals, as that of a controller: what it does is no potential energy.
+    pub(crate) follows_signals: bool,
     pub(crate) body: usize,
     /// From the centre of mass to the frame, m, ground axes.
     pub(crate) arm: Vector3<f64>,
@@ -287,6 +289,9 @@ impl Linear {
                 let at = chosen_out.len() + 6 * k;
                 Load {
                     element: model.elements[*element].name.clone(),
+                    follows_signals: model.elements[*element]
+                        .signals()
+                        .any(|signal| !matches!(signal, Quantity::Given { .. })),
                     body: *body,
                     arm: turn * model.elements[*element].markers[*frame].position,
                     force: Vector3::new(values[at], values[at + 1], values[at + 2]),

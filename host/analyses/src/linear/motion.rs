@@ -4,7 +4,7 @@ use nalgebra::DVector;
 
 use super::steady::{self, Axes};
 use super::{Linear, NO_ACCELERATION};
-use crate::analysis::{Direction, Function, Local};
+use crate::analysis::{Direction, Evaluator, Function, Local};
 use crate::model::Model;
 use crate::moves::restart;
 use crate::plan::Layout;
@@ -15,6 +15,8 @@ use crate::session::{Instant, Run, Session};
 
 /// Velocities below this, in lengths of the scene and radians per second, are none.
 const NO_VELOCITY: f64 = 1e-12;
+/// Distance below which a contact touches, as a share of the scene's size.
+const TOUCHES: f64 = 1e-9;
 
 impl Linear {
     /// The model in axes in which it changes least, with what is to be said of its motion in axes of the ground.
@@ -190,10 +192,19 @@ impl Linear {
             let state = if instant.released.contains(&one.element) { "has let go" } else { "is taken to hold" };
             self.notes.push(format!("`{}` may be released: it {state}", session.model.elements[one.element].name));
         }
+        let gaps: Vec<Node> = equations.contacts.iter().map(|contact| equations.rows[contact.row].value).collect();
+        let mut gaps = Evaluator::new(&equations.graph, &gaps);
+        let gaps = gaps.run(&instant.inputs, &session.model.sets).unwrap_or(&[]);
         for (number, contact) in equations.contacts.iter().enumerate() {
             let (element, k) = layout.element_of_row(contact.row);
             let name = session.model.elements[element].row_name(k);
-            let state = if instant.closed.contains(&number) { "closed: it is taken to hold" } else { "open" };
+            let touches = !contact.of_velocities
+                && gaps.get(number).is_some_and(|gap| gap.abs() <= TOUCHES * session.assembly.scales.length);
+            let state = match instant.closed.contains(&number) {
+                true => "closed: it is taken to hold",
+                false if touches => "open: it touches, and nothing presses it",
+                false => "open",
+            };
             self.notes.push(format!("the contact `{name}` is {state}"));
         }
         if local.has_branches() {

@@ -201,8 +201,9 @@ fn not_found(session: &Session, reason: &str) -> SessionError {
 }
 
 /// What friction does.
-fn say_friction(session: &Session, friction: &[Held], notes: &mut Vec<String>) {
-    if session.equations.frictions.is_empty() {
+fn say_friction(session: &Session, closed: &[usize], friction: &[Held], notes: &mut Vec<String>) {
+    // There is none at contacts that are open.
+    if session.equations.frictions.iter().all(|one| one.contact.is_some_and(|contact| !closed.contains(&contact))) {
         return;
     }
     let list = |holds: bool| -> Vec<String> {
@@ -265,7 +266,7 @@ fn settle(session: &Session, search: &Search<'_>, place: Place, number: usize) -
     if !not_unique.is_empty() {
         notes.push(format!("reactions that are not unique: {}", not_unique.join(", ")));
     }
-    say_friction(session, &friction, &mut notes);
+    say_friction(session, &instant.closed, &friction, &mut notes);
     notes.extend(beyond(session, &instant)?);
     let mut modes = Modes::of(session, &linear)?;
     modes.notes.extend_from_slice(&notes);

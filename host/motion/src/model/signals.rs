@@ -160,7 +160,7 @@ pub(super) fn warn_of_unused(scene: &Scene, channels: &[Channel], instances: &[I
             found.push(Diagnostic::warning(code, message).at(record.name.span.clone(), text).help(help));
         }
     }
-    for (input, _) in scene.inputs.iter().zip(used).filter(|(_, used)| !used) {
+    for (input, _) in scene.inputs.iter().zip(used).filter(|(_, used)| !wrong && !used) {
         let message = format!("no element and no output takes the input `{}`", input.name.value);
         found.push(
             Diagnostic::warning(codes::UNUSED_INPUT, message)
