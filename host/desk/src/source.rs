@@ -35,7 +35,7 @@ impl Source {
     /// Files that are missing, damaged, or do not belong together.
     pub fn read(path: &Path) -> Result<Self, ResultsError> {
         let folder = if path.is_file() { path.parent().unwrap_or(path) } else { path };
-        let summary = json(&folder.join(SUMMARY_FILE))?;
+        let mut summary = json(&folder.join(SUMMARY_FILE))?;
         let channels_path = folder.join(CHANNELS_FILE);
         let channels = json(&channels_path)?;
         let channels = channels.get("columns").and_then(Value::as_array).cloned().unwrap_or_default();
@@ -54,7 +54,15 @@ impl Source {
         let scene = summary.get("scene").and_then(Value::as_str).and_then(|scene| fs::read_to_string(scene).ok());
         let whole = folder.canonicalize().unwrap_or_else(|_| folder.to_path_buf());
         let name = whole.file_name().map_or_else(|| folder.display().to_string(), |name| name.to_string_lossy().into());
-        Ok(Self { name, summary, channels, table, events, motion: motion(&folder.join(MOTION_FILE))?, scene })
+        let (motion, fault) = motion(&folder.join(MOTION_FILE))?;
+        if let (Some(fault), Some(summary)) = (fault, summary.as_object_mut()) {
+            let said = format!("`{MOTION_FILE}` shows no motion, which is left out: {fault}; run again to have it");
+            let key = if summary.contains_key("analysis") { "notes" } else { "warnings" };
+            if let Some(list) = summary.entry(key).or_insert_with(|| Value::Array(Vec::new())).as_array_mut() {
+                list.push(said.into());
+            }
+        }
+        Ok(Self { name, summary, channels, table, events, motion, scene })
     }
 
     /// A text of the summary; empty where it has none.
@@ -80,14 +88,19 @@ impl Source {
     }
 }
 
-/// The poses; only a file that begins as one is taken.
-fn motion(path: &Path) -> Result<Option<Vec<u8>>, ResultsError> {
+/// The poses; only a file that begins as one is taken. Otherwise what is wrong with it.
+fn motion(path: &Path) -> Result<(Option<Vec<u8>>, Option<&'static str>), ResultsError> {
     match fs::read(path) {
         Ok(bytes) => {
             let begin = format!("{{\"format\":\"{MOTION_FORMAT}\"");
-            Ok(Some(bytes).filter(|bytes| bytes.starts_with(begin.as_bytes())))
+            Ok(match bytes.starts_with(begin.as_bytes()) {
+                _ if bytes.is_empty() => (None, Some("it is empty")),
+                true if bytes.contains(&b'\n') => (Some(bytes), None),
+                true => (None, Some("its first line does not end")),
+                false => (None, Some("it does not begin as a run writes it")),
+            })
         }
-        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok((None, None)),
         Err(cause) => Err(ResultsError::Read { path: path.to_path_buf(), cause }),
     }
 }

@@ -206,6 +206,12 @@ fn damaged_folders_are_refused_with_the_file() {
     let folder = run("no-motion");
     folder.write("motion.bin", [0, 159, 146, 150]);
     assert!(read(&folder.0).motion.is_none());
+    for (bytes, said) in [(&b""[..], "it is empty"), (b"{\"format\":\"odyn-motion/1\"", "its first line does not end")]
+    {
+        folder.write("motion.bin", bytes);
+        let source = read(&folder.0);
+        assert!(source.motion.is_none() && source.summary["warnings"].to_string().contains(said), "{}", source.summary);
+    }
 }
 
 #[test]

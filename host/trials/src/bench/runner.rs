@@ -110,8 +110,19 @@ impl Runner {
                 }
                 (session.scene.simulation.t_end - session.scene.simulation.t_start, measure)
             }
-            // Every point will say so.
-            Err(_) => (f64::NAN, Measure::Checks),
+            Err(reason) => {
+                // All points would say so: the first does.
+                let point = Point {
+                    problem: problem.name.clone(),
+                    solver: SOLVER.into(),
+                    method: self.settings.methods.first().cloned().unwrap_or_default(),
+                    setting: Setting::Tolerance(self.settings.tolerances.first().copied().unwrap_or(f64::NAN)),
+                    outcome: Err(reason),
+                };
+                told(&point);
+                problem.points.push(point);
+                return problem;
+            }
         };
         problem.start_up = self.settings.program.as_ref().and_then(|program| self.start_up(program, path));
         for method in &self.settings.methods {
