@@ -244,6 +244,7 @@ impl<'a> Run<'a> {
             let begun = self.system.begin_anew(self.time, &self.state);
             begun.map_err(|error| self.system_error(error))?;
             self.system.look_at_memories_anew();
+            self.system.measure_states_anew();
             self.options.first_step = self.system.carried().step.or(self.session.scene.simulation.first_step);
         }
         self.sample_before_contacts()?;

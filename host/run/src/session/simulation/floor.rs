@@ -269,6 +269,12 @@ impl Floor {
         [0, 1].map(|k| of(k).max(noise(k)))
     }
 
+    /// What was found of the noise of states is no part of what is saved of a run: from here on it is found again.
+    pub(super) fn forget_states(&mut self) {
+        self.of_rates.fill(0.0);
+        self.looks = 0;
+    }
+
     /// Noise of the rates of states where the step under way begins, as [`Floor::measure`] finds that of accelerations: a sum of terms that
     /// cancel in an acceleration does not show in those of the states that follow it. What is stiff in one direction has a noise of few
     /// steps, and differences of these are often zero: there are several, along another line each time, and what was found before fades.

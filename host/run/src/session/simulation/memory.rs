@@ -81,6 +81,11 @@ impl<'a> Simulation<'a> {
         self.now
     }
 
+    /// Noise of states is measured again from here on.
+    pub(in crate::session) fn measure_states_anew(&mut self) {
+        self.floor.forget_states();
+    }
+
     /// Is at a later time, where nothing else has changed.
     pub(in crate::session) fn pass_to(&mut self, t: f64) {
         self.now = t;
