@@ -8,7 +8,7 @@ use odyn::analyses::balance::{Balanced, Question, balance};
 use odyn::analyses::folder;
 use odyn::analyses::kinematics::{Drive, Kinematics, kinematics};
 use odyn::analyses::linear::Port;
-use odyn::analyses::loads::{Case, Consistent, Loads, Watch, loads};
+use odyn::analyses::loads::{Case, Consistent, Loads, Watch};
 use odyn::analyses::prescribed::quantity;
 use odyn::analyses::shown;
 use odyn::session::Session;
@@ -348,64 +348,6 @@ fn loads_on_each_body_are_in_balance() {
     assert!(peaks.iter().all(|case| !case.why.contains("force")), "{peaks:?}");
     let found = loads_of(&|| open_text(BARS, &[]), "upper", &[0.0, 0.4, 1.0]);
     assert!(found.cases.iter().all(|case| case.left.iter().all(|left| *left < 1e-12)), "{:?}", found.cases);
-}
-
-/// At the time of an event loads are those before it, as samples of a run are: a controller that reads the angle every 0.1 s.
-#[test]
-fn loads_at_an_event_are_those_before_it() {
-    const HELD: &str = r#"
-[plugins]
-libraries = ["joints", "forces", "controls"]
-[simulation]
-gravity = [0, 0, 0]
-t_end = 1
-output_step = 0.1
-[[body]]
-name = "arm"
-mass = 1
-inertia = [0.1, 0.1, 0.1]
-position = [0.2, 0, 0]
-angular_velocity = [0, 1, 0]
-velocity = [0, 0, -0.2]
-[[joint]]
-name = "hinge"
-type = "revolute"
-bodies = ["ground", "arm"]
-point = [0, 0, 0]
-axis = [0, 1, 0]
-[[control]]
-name = "held"
-type = "digital-filter"
-inputs = { input = "phi" }
-params = { period = 0.1, numerator = [-2], denominator = [1] }
-[[force]]
-name = "motor"
-type = "rotational-actuator"
-bodies = ["ground", "arm"]
-point = [0, 0, 0]
-axis = [0, 1, 0]
-inputs = { signal = "held.output" }
-[[output]]
-name = "phi"
-quantity = "coordinate"
-of = "hinge"
-channel = "angle"
-[[output]]
-name = "torque"
-quantity = "value"
-of = "held"
-channel = "output"
-"#;
-    let report = open_text(HELD, &[]).run(None, Box::new(|_| ()), &Default::default()).expect("it runs");
-    let torques = crate::support::column(&report, "torque");
-    let times = [0.0, 0.3, 0.5, 0.55, 1.0];
-    let found = loads(open_text(HELD, &[]), "arm", Some(&times), &mut |_| (), &Default::default()).expect("loads");
-    let motor = found.attachments.iter().position(|one| one.element == "motor").expect("it acts on the arm");
-    for (case, sample) in found.cases.iter().zip([0, 3, 5, 6, 10]) {
-        let moment = case.wrenches[motor].moment[1];
-        assert!((moment - torques[sample]).abs() < 1e-12, "at {}: {moment} {}", case.time, torques[sample]);
-    }
-    assert!(torques[3] != torques[4] && torques[9] != torques[10], "{torques:?}");
 }
 
 /// The mass that elements bring acts on the body through them, and is none of its own: 10 N on 2 kg and an inertance of 3 kg.

@@ -80,7 +80,8 @@ fn what_does_not_touch_takes_no_part() {
             let slides = friction.contact.is_some_and(|contact| closed.contains(&contact));
             if !slides || closed.contains(&(contacts + number)) {
                 let first = layout.discrete_slot() + friction.direction_at;
-                inputs[first..first + friction.rows.len()].fill(0.0);
+                // Nor creeps.
+                inputs[first..first + friction.rows.len() + usize::from(friction.rows.len() > 1)].fill(0.0);
             }
         }
         let [all, own] = [whole, &mode].map(|equations| {

@@ -296,7 +296,7 @@ impl<'s> Driven<'s> {
                 if freedom.count() > 0 {
                     let motion = self.described(&freedom.basis.column(0).into_owned(), &found.scales);
                     let joints: Vec<usize> = (0..self.rows.own).collect();
-                    let enough = (1..=wish.len()).contains(&self.freedom(&found, &joints)?.count());
+                    let enough = wish.len() == 1 && self.freedom(&found, &joints)?.count() == 1;
                     return Err(match enough {
                         true => {
                             format!("what is prescribed is at a dead point, where it does not determine this: {motion}")

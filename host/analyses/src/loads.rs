@@ -233,8 +233,8 @@ impl Watch {
     }
 }
 
-/// The loads on a body: at times, in the scene's unit, or where a force or moment on it is largest among the output times; at the time of
-/// an event those before it, as samples of a run have them. `stop` leaves out the times that are left.
+/// The loads on a body: at times, in the scene's unit, or where a force or moment on it is largest among the output times. `stop` leaves
+/// out the times that are left.
 ///
 /// # Errors
 /// Those of [`Watch::new`]; a run that does not get there; an element that fails.
@@ -253,7 +253,6 @@ pub fn loads(
         None => session.scene.simulation.sample_times(units).iter().map(|time| time.si / unit).collect(),
     };
     all.sort_by(f64::total_cmp);
-    all.dedup();
     let mut run = session.prepare()?.start()?;
     let mut cases = Vec::with_capacity(all.len());
     for (k, time) in all.iter().enumerate() {
@@ -262,7 +261,7 @@ pub fn loads(
         }
         progress(k as f64 / all.len() as f64);
         run.advance(*time)?;
-        let instant = run.instant_before_events()?;
+        let instant = run.instant()?;
         let case = watch.at(&instant, "asked for");
         cases.push(case.map_err(|reason| refuse(run.session(), Diagnostic::error(codes::MOTION_NOT_FINITE, reason)))?);
     }

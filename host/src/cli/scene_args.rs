@@ -22,9 +22,8 @@ pub(super) struct SceneArgs {
     /// End of the simulated time: in the scene's unit, or with its own such as "0.2 s"
     #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
     pub(super) t_end: Option<String>,
-    /// Method of integration: dop853 (default) and dopri5 (explicit), auto (dop853 or radau5, whichever costs less, also on the way;
-    /// default while friction in a plane slides), radau5 (implicit, for stiff scenes), radau9 (the same at tight
-    /// tolerances), rk4 (needs --fixed-step)
+    /// Method of integration: dop853 (default) and dopri5 (explicit), auto (dop853 or radau5, whichever costs less, also on the way),
+    /// radau5 (implicit, for stiff scenes), radau9 (the same at tight tolerances), rk4 (needs --fixed-step)
     #[arg(long, value_name = "NAME")]
     pub(super) method: Option<String>,
     /// Equal steps of this size (at most) without error control, with any method: in the scene's unit, or with its own such as "10 us"

@@ -44,15 +44,6 @@ impl Run<'_> {
                 }
             }
         }
-        self.instant_before_events()
-    }
-
-    /// The same before anything can change there, as a sample is taken: what contacts, elements with a memory and releases do at this
-    /// time has not happened yet.
-    ///
-    /// # Errors
-    /// As for [`Run::instant`].
-    pub fn instant_before_events(&mut self) -> Result<Instant, SessionError> {
         // Whatever is looked up for this is no part of the run.
         self.interrupted = true;
         let (t, session) = (self.time, &self.session);

@@ -16,7 +16,7 @@ use crate::integrate::{self, IntegrateError, Integrator, Options, Outcome, Span,
 use crate::results::significant;
 use crate::scene::Dimension;
 
-/// What integrates while frictions in a plane slide or creep, which may be stiff however slow it is, where no method is asked for.
+/// What integrates while frictions in a plane creep, or slide so slowly that it is stiff, where no method is asked for.
 const WHILE_SLIDING: &str = "auto";
 
 /// Times this many roundings apart are the same.
@@ -120,7 +120,7 @@ pub struct Run<'a> {
     pub(super) session: Session,
     pub(super) system: Simulation<'a>,
     pub(super) method: Box<dyn Integrator>,
-    /// What takes its place while frictions in a plane slide or creep, where none was asked for.
+    /// What takes its place while frictions in a plane creep, or slide where that is stiff, where none was asked for.
     pub(super) while_sliding: Option<Box<dyn Integrator>>,
     /// What is integrated, at the last accepted time.
     pub(super) state: Vec<f64>,
@@ -260,11 +260,11 @@ impl<'a> Run<'a> {
             let ahead = &self.sample_times[self.system.samples().min(self.sample_times.len())..];
             let due = ahead.partition_point(|time| *time <= to);
             let span = Span { t_start: self.time, t_end: to, sample_times: &ahead[..due] };
-            let sliding = self.while_sliding.as_mut().filter(|_| self.system.slides_in_plane());
+            let sliding = self.while_sliding.as_mut().filter(|_| self.system.slides_stiffly());
             let method = sliding.unwrap_or(&mut self.method);
             let outcome = method.integrate(&mut self.system, &mut self.state, &span, &self.options)?;
             if outcome.counters.stiff_from.is_some() {
-                self.system.was_stiff();
+                self.system.was_stiff((outcome.counters.steps + outcome.counters.rejected) as u64);
             }
             self.options.steps_before += outcome.counters.steps + outcome.counters.rejected;
             self.counters += outcome.counters;

@@ -18,6 +18,10 @@ const MANY: usize = 24;
 const FORGOTTEN: usize = 12;
 /// Steps that are looked at together while it slides.
 const MANY_STEPS: u32 = 1000;
+/// What share of them it gets faster in at least, and slower in, where that is noise.
+const UP_AND_DOWN: u32 = 8;
+/// Steps between two events, tried or made, beyond which an explicit method is too slow.
+const SHORT_STEPS: u64 = 500;
 /// For how long it creeps first, in spans of the changes before.
 const FIRST_WAIT: f64 = 2.0;
 /// The same as a share of the run so far where it was not changes that called for it.
@@ -30,10 +34,10 @@ struct Changes {
     at: f64,
     way: f64,
     begins: f64,
-    /// Speed at the last step, m/s, its time, and the number of steps since then.
+    /// Speed at the last step, m/s, its time, and the numbers of steps since then in which it fell and rose.
     speed: f64,
     seen: f64,
-    steps: u32,
+    steps: [u32; 2],
     /// Duration and way of the changes before.
     before: Vec<[f64; 2]>,
 }
@@ -91,14 +95,17 @@ impl Creep {
             if one.seen == one.at {
                 one.way += one.begins * step * step / 6.0;
             }
-            (one.seen, one.speed) = (t, speed.max(0.0));
-            one.steps += u32::from(speed > 0.0);
-            if one.steps >= MANY_STEPS && self.creeping.is_empty() {
-                if one.way < least {
+            one.seen = t;
+            let before = std::mem::replace(&mut one.speed, speed.max(0.0));
+            one.steps[usize::from(speed > before)] += u32::from(speed > 0.0);
+            let [falls, rises] = one.steps;
+            if falls + rises >= MANY_STEPS && self.creeping.is_empty() {
+                // What begins or ends slowly gets faster or slower all the time.
+                if one.way < least && falls.min(rises) > MANY_STEPS / UP_AND_DOWN {
                     (self.stalled, self.until) = (Some(number), t + step);
                     self.wait = self.wait.max(step);
                 }
-                (one.steps, one.way) = (0, 0.0);
+                (one.steps, one.way) = ([0; 2], 0.0);
             }
         }
     }
@@ -115,7 +122,8 @@ impl Creep {
         if one.before.len() > MANY {
             one.before.remove(0);
         }
-        (one.at, one.seen, one.way, one.begins, one.speed, one.steps) = (t, t, 0.0, begins, 0.0, 0);
+        let before = std::mem::take(&mut one.before);
+        *one = Changes { at: t, seen: t, begins, before, ..Changes::default() };
         let way: f64 = one.before.iter().map(|[_, way]| way).sum();
         one.before.len() == MANY && way < least
     }
@@ -159,8 +167,12 @@ impl Creep {
 }
 
 impl Simulation<'_> {
-    /// Whether frictions in a plane slide or creep.
-    pub(in crate::session) fn slides_in_plane(&self) -> bool {
+    /// Whether frictions in a plane creep, or slide where that was stiff.
+    pub(in crate::session) fn slides_stiffly(&self) -> bool {
+        self.may_be_stiff() && self.slides_in_plane()
+    }
+
+    fn slides_in_plane(&self) -> bool {
         let Some(touch) = &self.touch else { return false };
         let frictions = touch.contacts.frictions();
         touch.sliding(&self.discrete).iter().any(|(number, _)| frictions[*number].rows.len() > 1)
@@ -171,9 +183,10 @@ impl Simulation<'_> {
         self.touch.as_ref().is_some_and(|touch| touch.creep.creeps() || touch.creep.stiff)
     }
 
-    /// What slides, if anything does, made steps short.
-    pub(in crate::session) fn was_stiff(&mut self) {
-        if self.slides_in_plane()
+    /// An explicit method took so many steps, tried or made, and found that stability limits them: for what slides, if anything does.
+    pub(in crate::session) fn was_stiff(&mut self, steps: u64) {
+        if steps > SHORT_STEPS
+            && self.slides_in_plane()
             && let Some(touch) = &mut self.touch
         {
             touch.creep.stiff = touch.creep.is_possible();
