@@ -206,9 +206,9 @@ fn an_input_that_nothing_takes_is_warned_of() {
     let text = tug + inputs;
     assert_eq!(messages(&text), [(codes::UNUSED_INPUT, Severity::Warning, "\"gust\"".to_string())]);
     assert_eq!(messages(&(text + "[[output]]\nname = \"g\"\nquantity = \"input\"\nof = \"gust\"\n")), []);
-    // An element names it, and refuses its unit: it is not told that none does.
-    let wrong = force("type = \"push\"; bodies = [\"ground\", \"a\"]; params.factor = 3; inputs.signal = \"gust\"");
-    let found = messages(&(wrong + "[[input]]\nname = \"gust\"\nunit = \"kg\"\n"));
+    // An element means it, and misses its name: that none takes it is not said besides.
+    let wrong = force("type = \"push\"; bodies = [\"ground\", \"a\"]; params.factor = 3; inputs.signal = \"gusts\"");
+    let found = messages(&(wrong + "[[input]]\nname = \"gust\"\n"));
     assert!(found.iter().all(|(code, ..)| *code != codes::UNUSED_INPUT) && !found.is_empty(), "{found:?}");
 }
 
