@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::Path;
 
+use nalgebra::{Rotation3, Unit, Vector3};
 use odyn::results::{EVENTS_FILE, Event, EventKind};
 use odyn::session::{RunReport, Session};
 
@@ -712,15 +713,9 @@ fn chassis(corners: &[[f64; 2]], friction: f64, speed: f64) -> String {
         component = "x"
         "#
     );
-    let (u, (sin, cos)) = ([2.0 / 13.0_f64.sqrt(), 3.0 / 13.0_f64.sqrt()], 0.036_f64.sin_cos());
+    let turn = Rotation3::from_axis_angle(&Unit::new_normalize(Vector3::new(2.0, 3.0, 0.0)), 0.036);
     for (k, [x, y]) in corners.iter().enumerate() {
-        // Rodrigues' formula for (x, y, -0.3).
-        let along = (u[0] * x + u[1] * y) * (1.0 - cos);
-        let turned = [
-            x * cos - u[1] * 0.3 * sin + u[0] * along,
-            y * cos + u[0] * 0.3 * sin + u[1] * along,
-            -0.3 * cos + (u[0] * y - u[1] * x) * sin,
-        ];
+        let foot = turn * Vector3::new(*x, *y, -0.3);
         text.push_str(&format!(
             r#"
             [[body]]
@@ -748,9 +743,9 @@ fn chassis(corners: &[[f64; 2]], friction: f64, speed: f64) -> String {
             frames = [{{ position = [0, 0, 0], axis = [0, 0, 1] }}, {{ position = [0, 0, 0] }}]
             params.mu = {friction}
             "#,
-            turned[0],
-            turned[1],
-            0.32 + turned[2],
+            foot.x,
+            foot.y,
+            0.32 + foot.z,
         ));
     }
     text

@@ -225,10 +225,15 @@ impl Meeting {
         self.turns.get() == 0
     }
 
+    /// That of a friction, if it takes part.
+    pub(super) fn grip(&self, number: usize) -> Option<&Grip> {
+        self.grips.iter().find(|grip| grip.number == number)
+    }
+
     /// Numbers of the grips that have to do with one of them, itself among them.
     #[must_use]
     pub fn coupled(&self, number: usize) -> Vec<usize> {
-        let Some(own) = self.grips.iter().find(|grip| grip.number == number) else { return Vec::new() };
+        let Some(own) = self.grip(number) else { return Vec::new() };
         let is_in = |rows: &Vec<usize>, grip: &Grip| rows.binary_search(&grip.rows[0]).is_ok();
         let with = |rows: &&Vec<usize>| is_in(rows, own);
         let block = self.blocks.iter().find(with).into_iter();
@@ -239,14 +244,13 @@ impl Meeting {
     #[must_use]
     pub fn gain(&self, number: usize, pattern: &Pattern, of_rows: &DVector<f64>) -> f64 {
         let w = &self.delassus * &pattern.forces + of_rows;
-        let own = self.grips.iter().find(|grip| grip.number == number);
-        own.map_or(0.0, |grip| norm(pair(&grip.rows, |row| w[row] / self.sizes[row])))
+        self.grip(number).map_or(0.0, |grip| norm(pair(&grip.rows, |row| w[row] / self.sizes[row])))
     }
 
     /// Where those that slide in a plane do so by now, as far as they move.
     pub fn turned(&self, sliding: &mut [(usize, [f64; 2])], speed: f64) {
         for (number, direction) in sliding {
-            let own = self.grips.iter().find(|grip| grip.number == *number && grip.rows.len() > 1);
+            let own = self.grip(*number).filter(|grip| grip.rows.len() > 1);
             *direction = own.and_then(|grip| self.moving(grip, speed)).unwrap_or(*direction);
         }
     }
@@ -367,14 +371,13 @@ impl Meeting {
     /// speeds are of this size.
     #[must_use]
     pub fn shares(&self, pattern: &Pattern, speed: f64) -> Shares {
-        let grip = |number: usize| self.grips.iter().find(|grip| grip.number == number);
         let sliding = pattern.sliding.iter().filter_map(|(number, way)| {
-            let grip = grip(*number)?;
+            let grip = self.grip(*number)?;
             Some((grip, self.moving(grip, speed).unwrap_or(*way)))
         });
         let holding = Holding {
             closed: if pattern.wide { &pattern.closed } else { &[] },
-            sticking: pattern.sticking.iter().filter_map(|number| grip(*number)).collect(),
+            sticking: pattern.sticking.iter().filter_map(|number| self.grip(*number)).collect(),
             sliding: sliding.filter(|_| pattern.wide).collect(),
         };
         Shares::new(self, &holding).0
@@ -572,16 +575,16 @@ impl Meeting {
     pub(super) fn struck(&self, together: &[usize], unit: f64) -> Option<(DVector<f64>, Pattern)> {
         let speed = unit / super::NO_SPEED;
         let held = self.held_in_impact(together, speed);
-        self.struck_with(together, unit, held.clone()).or_else(|| {
-            // Against the sliding before it, where nothing better is found.
-            let moves = |mut one: Held| {
-                let moving = self.moving(&self.grips[one.grip], speed);
-                one.moves = true;
-                one.direction = moving.unwrap_or([f64::MIN_POSITIVE, 0.0]);
-                one
-            };
-            self.struck_with(together, unit, held.into_iter().map(moves).collect())
-        })
+        let found = self.struck_with(together, unit, held.clone());
+        if found.is_some() || held.is_empty() {
+            return found;
+        }
+        // Against the sliding before it, where nothing better is found.
+        let moves = |one: Held| {
+            let moving = self.moving(&self.grips[one.grip], speed);
+            Held { moves: true, direction: moving.unwrap_or([f64::MIN_POSITIVE, 0.0]), ..one }
+        };
+        self.struck_with(together, unit, held.into_iter().map(moves).collect())
     }
 
     fn struck_with(&self, together: &[usize], unit: f64, held: Vec<Held>) -> Option<(DVector<f64>, Pattern)> {

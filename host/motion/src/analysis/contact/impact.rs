@@ -220,8 +220,7 @@ impl Meeting {
     #[must_use]
     pub fn slides_back(&self, pattern: &Pattern, speed: f64) -> bool {
         pattern.sliding.iter().any(|(number, direction)| {
-            let own = self.grips.iter().find(|grip| grip.number == *number);
-            let moving = own.and_then(|grip| self.moving(grip, speed));
+            let moving = self.grip(*number).and_then(|grip| self.moving(grip, speed));
             moving.is_some_and(|[x, y]| x * direction[0] + y * direction[1] < 0.0)
         })
     }

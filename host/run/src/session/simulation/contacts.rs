@@ -418,9 +418,14 @@ impl Simulation<'_> {
         self.touch.as_ref().map_or(&[], |touch| &touch.told)
     }
 
-    /// The largest reactions that they have given lately, and which frictions creep.
-    pub(super) fn pressed(&self) -> (Pressed, Creep) {
-        self.touch.as_ref().map_or_else(Default::default, |touch| (touch.pressed.clone(), touch.creep.clone()))
+    /// The largest reactions that they have given lately.
+    pub(super) fn pressed(&self) -> Pressed {
+        self.touch.as_ref().map_or_else(Pressed::default, |touch| touch.pressed.clone())
+    }
+
+    /// Which frictions creep, and what is known of how they change.
+    pub(super) fn creep(&self) -> Creep {
+        self.touch.as_ref().map_or_else(Creep::default, |touch| touch.creep.clone())
     }
 
     /// Those that were closed where the run was left, what they had pressed with, and which frictions crept.

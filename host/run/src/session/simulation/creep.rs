@@ -2,10 +2,10 @@
 //!
 //! Feet that are tied together by what stands on them hardly move against each other, and which of them sticks depends on speeds far below
 //! the errors of velocities: Coulomb's law then has an event every few steps, or no solution that can be told from others. Where the last
-//! [`MANY`] changes of a friction together made it slide by less than positions are known, it and what has to do with it follow the law with
-//! viscous friction below the size of errors of velocities (see `program/sliding.rs`), which has no events. It is over for a while
-//! each time twice as long as before: what has come to rest sticks then. What slides meanwhile, it slides by no more than these errors add
-//! up to.
+//! [`MANY`] changes of a friction together, or [`MANY_STEPS`] steps in which it slid, got it no further than positions are known, or nothing
+//! that meets all conditions was found, it and what has to do with it follow the law with viscous friction below the size of errors of
+//! velocities (see `program/sliding.rs`), which has no events. Coulomb's law is tried again each time after twice as long: what has come to
+//! rest sticks from then on. What would stick creeps by no more than these errors add up to.
 
 use serde::{Deserialize, Serialize};
 
@@ -158,7 +158,7 @@ impl Creep {
         }
     }
 
-    /// Those of a list that creep and were not reported to.
+    /// Those that creep and were not reported to.
     pub(super) fn untold(&mut self) -> Vec<usize> {
         let new = self.creeping.iter().copied().filter(|number| !self.told.contains(number)).collect();
         self.told.clone_from(&self.creeping);

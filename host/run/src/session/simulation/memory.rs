@@ -29,7 +29,6 @@ impl<'a> Simulation<'a> {
         let Scales { length, way, speed, spin, energy, .. } = self.scales;
         // The last step may have been cut to end where it had to; the one before it then says more.
         let step = self.last_steps[0].max(self.last_steps[1]);
-        let (pressed, creep) = self.pressed();
         Carried {
             scales: [length, speed, spin, energy],
             way,
@@ -38,8 +37,8 @@ impl<'a> Simulation<'a> {
             step: (step > 0.0).then_some(step),
             steps_tried: 0,
             closed: self.closed_contacts().to_vec(),
-            pressed,
-            creep,
+            pressed: self.pressed(),
+            creep: self.creep(),
             released: self.released(),
             open_loads: self.open_loads().to_vec(),
             margins: self.margins.as_ref().map(|margins| margins.found().to_vec()).unwrap_or_default(),
