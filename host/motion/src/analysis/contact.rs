@@ -106,10 +106,13 @@ impl Gap {
         self.rate < -NO_SPEED * speed * self.size
     }
 
-    /// Whether it comes as fast as another, but for this difference, m/s.
+    /// Whether it comes as fast as another, but for this difference, m/s: as they are, like feet of a table that falls flat, or relative to
+    /// the lengths of their gradients.
     #[must_use]
     pub fn comes_with(&self, other: &Self, difference: f64) -> bool {
-        as_fast([self.rate, self.size], [other.rate, other.size], difference)
+        let relative = |gap: &Self| gap.rate / gap.size;
+        let is_as_fast = (self.rate - other.rate).abs() <= difference * self.size;
+        is_as_fast || (relative(self) - relative(other)).abs() <= difference
     }
 
     /// Whether an impulse ends what slides although it cannot, where speeds are of this size: if it touches and does not part.
@@ -377,12 +380,6 @@ impl Contacts {
             jacobian,
         })
     }
-}
-
-/// Whether rates, each with the length of its gradient, are the same but for a difference, m/s: as they are, like those of feet of a table
-/// that falls flat, or relative to these lengths.
-fn as_fast([rate, size]: [f64; 2], [other, other_size]: [f64; 2], difference: f64) -> bool {
-    (rate - other).abs() <= difference * size || (rate / size - other / other_size).abs() <= difference
 }
 
 fn dot(entries: &[(usize, f64)], v: &[f64]) -> f64 {

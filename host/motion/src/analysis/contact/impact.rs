@@ -1,7 +1,8 @@
 //! [`Strike`]: impacts of contacts that touch.
 //!
-//! One after the other, that of the fastest approach first, as in chains of balls; those that approach equally fast strike together, so
-//! that round-off decides on no order: the corners of a box that falls flat. Each is compressed until it neither approaches nor
+//! One after the other, as in chains of balls, that which would take most energy by itself first: u^2 / A of its approach u, which depends
+//! on no unit, neither of angles beside lengths nor of a size of the scene. Those that approach equally fast, or take as much energy, strike
+//! together, so that round-off decides on no order: the corners of a box that falls flat. Each is compressed until it neither approaches nor
 //! slides, then gives back its coefficient of restitution's share of the normal impulse (Poisson; where nothing sticks that is Newton's
 //! law). No impact adds energy. What has not come to an end after [`MOST_STRIKES`] ends without restitution, all at once. Where more strike
 //! together than rigid bodies share the impulse among, and the motion depends on that, it is told: see [`Meeting::shared`].
@@ -11,7 +12,7 @@ use nalgebra::DVector;
 use super::decision::Decision;
 use super::friction::{norm, pair};
 use super::smallest::block;
-use super::{Grip, Holder, Meeting, NO_SPEED, Pattern, as_fast};
+use super::{Grip, Holder, Meeting, NO_SPEED, Pattern};
 
 /// Size of errors of velocities, beyond which ending what is taken for one moves bodies.
 const MOVED: f64 = 100.0;
@@ -48,13 +49,11 @@ impl Meeting {
     /// The contact whose impact has no solution.
     pub fn strike_all(&mut self, speed: f64, same: f64) -> Result<(), NoSolution> {
         for _ in 0..MOST_STRIKES {
-            let of = |k: usize| [self.rate(k), self.sizes[self.first[k]]];
-            let relative = |k: &usize| self.rate(*k) / self.sizes[self.first[*k]];
             let mut all: Vec<usize> =
                 (0..self.touching.len()).filter(|k| self.approaches(*k, speed) && self.gives_way(*k)).collect();
-            let fastest = all.iter().copied().min_by(|a, b| relative(a).total_cmp(&relative(b)));
-            let Some(fastest) = fastest else { return Ok(()) };
-            all.retain(|k| as_fast(of(*k), of(fastest), same * speed));
+            let hardest = all.iter().copied().min_by(|a, b| self.blow(*a).total_cmp(&self.blow(*b)));
+            let Some(hardest) = hardest else { return Ok(()) };
+            all.retain(|k| self.strikes_with(*k, hardest, same * speed));
             self.strike(&all, NO_SPEED * speed)?;
         }
         let all: Vec<usize> = (0..self.touching.len()).collect();
@@ -64,6 +63,23 @@ impl Meeting {
             self.push(pattern.forces);
         }
         Ok(())
+    }
+
+    /// The rate of the k-th of the touching contacts over the root of how much it gives way: minus the root of twice the energy that its
+    /// impact takes, where it approaches.
+    fn blow(&self, k: usize) -> f64 {
+        self.rate(k) / self.way(k).sqrt()
+    }
+
+    fn way(&self, k: usize) -> f64 {
+        self.delassus[(self.first[k], self.first[k])]
+    }
+
+    /// Whether one approaches as another does, but for this difference, m/s.
+    fn strikes_with(&self, k: usize, other: usize, difference: f64) -> bool {
+        let none = difference * self.sizes[self.first[k]];
+        let is_as_hard = (self.blow(k) - self.blow(other)).abs() * self.way(k).sqrt() <= none;
+        is_as_hard || (self.rate(k) - self.rate(other)).abs() <= none
     }
 
     /// The impact of some contacts together, none of which pulls in order not to slide; `unit` is the speed that is none.

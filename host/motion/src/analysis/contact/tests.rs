@@ -79,13 +79,17 @@ fn meeting(n: usize, jacobian: &DMatrix<f64>, gives_way: &[f64]) -> Meeting {
 
 /// Contacts of a body at random, jammed against each other or not.
 fn at_random(random: &mut Random, most: f64) -> (Meeting, DMatrix<f64>) {
+    let points = points_at_random(random, most);
+    touching(&points, random.between(0.05, 1.0))
+}
+
+fn points_at_random(random: &mut Random, most: f64) -> Vec<Point> {
     let point = |random: &mut Random| Point {
         place: [random.next(), random.next()],
         angle: random.between(-3.0, 3.0),
         mu: random.between(0.0, most),
     };
-    let points: Vec<Point> = (0..1 + random.below(3)).map(|_| point(random)).collect();
-    touching(&points, random.between(0.05, 1.0))
+    (0..1 + random.below(3)).map(|_| point(random)).collect()
 }
 
 /// What is off of the law of contact and friction, as a share of what there is.
@@ -430,6 +434,31 @@ fn feet_that_strike_at_once_do_so_in_no_order() {
         assert!((&one - &seen).amax() < 1e-9, "{number}: {one} {seen}");
     }
     assert!(slid > 100, "{slid}");
+}
+
+/// The order in which contacts strike depends on no length that rotations are taken on: that of a scene is another one where it is turned.
+#[test]
+fn the_order_of_impacts_depends_on_no_size_of_the_scene() {
+    let mut random = Random(31);
+    let mut several = 0;
+    for number in 0..500 {
+        let (points, inertia) = (points_at_random(&mut random, 0.6), random.between(0.05, 1.0));
+        let before = DVector::from_vec(random.vector(3));
+        let mut after = |most: f64| {
+            let (mut meeting, jacobian) = touching(&points, inertia);
+            meeting.sizes.iter_mut().for_each(|size| *size *= random.between(1.0, most));
+            meeting.rates = &jacobian * &before;
+            meeting.strike_all(1.0, 1e-9).map(|()| (meeting.strikes.len(), meeting.impulses))
+        };
+        match (after(1.0), after(2.0)) {
+            (Ok((strikes, one)), Ok((_, other))) => {
+                several += u32::from(strikes > 1);
+                assert!((&one - &other).amax() < 1e-6 * (1.0 + one.amax()), "{number}: {one} {other}");
+            }
+            (one, other) => assert_eq!(one.is_ok(), other.is_ok(), "{number}"),
+        }
+    }
+    assert!(several > 50, "{several}");
 }
 
 /// Three feet of a body in a plane share an impulse as rigid bodies leave open: that is told where the motion depends on it.
