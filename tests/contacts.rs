@@ -103,6 +103,53 @@ fn in_newtons_cradle_the_last_ball_leaves_with_the_speed_of_the_first() {
     assert!(audit.impacts == 16 && audit.lost_in_impacts < 1e-12 && audit.energy_error_relative < 1e-9, "{audit:?}");
 }
 
+/// A plank that touches the floor below its middle and at its end while it comes down turning, all turned about y by an angle; with a body far
+/// away, or without.
+fn plank(angle: f64, far: bool) -> String {
+    let turned = |x: f64, z: f64| [x * angle.cos() + z * angle.sin(), 0.0, z * angle.cos() - x * angle.sin()];
+    let [velocity, up, place] = [turned(0.0, -1.0), turned(0.0, 1.0), turned(0.0, 0.5)];
+    let mut text = format!(
+        "[plugins]\nlibraries = [\"joints\"]\n[simulation]\nt_end = 0.01\noutput_step = 0.01\n\
+         [[body]]\nname = \"plank\"\nmass = 1\ninertia = [0.3, 0.3, 0.3]\nposition = {place:?}\n\
+         orientation = {{ axis = [0, 1, 0], angle = {angle:?} }}\n\
+         velocity = {velocity:?}\nangular_velocity = [0, 0.25, 0]\n\
+         [[joint]]\nname = \"plane\"\ntype = \"planar\"\nbodies = [\"ground\", \"plank\"]\npoint = {place:?}\naxis = [0, 1, 0]\n\
+         [[output]]\nname = \"spin\"\nquantity = \"angular_velocity\"\nof = \"plank\"\ncomponent = \"y\"\n"
+    );
+    for (name, x) in [("near", -0.1), ("end", 1.0)] {
+        text += &format!(
+            "[[joint]]\nname = {name:?}\ntype = \"plane-contact\"\nbodies = [\"ground\", \"plank\"]\n\
+             frames = [{{ axis = {up:?} }}, {{ position = [{x:?}, 0, -0.5] }}]\nparams = {{ restitution = 0.5 }}\n"
+        );
+    }
+    if far {
+        text += "[[body]]\nname = \"far\"\nmass = 1\ninertia = [1, 1, 1]\nposition = [10, 0, 3]\n";
+    }
+    text
+}
+
+#[test]
+fn the_order_of_impacts_depends_on_nothing_that_has_no_part_in_them() {
+    // Rates of the two points by the velocities of the plank, and these by impulses, that which takes more energy first.
+    let (points, inverse) = ([-0.1, 1.0], [1.0, 1.0 / 0.3]);
+    let (mut speed, mut spin) = (-1.0, 0.25);
+    loop {
+        let blow = |x: f64| (speed - x * spin) / (inverse[0] + inverse[1] * x * x).sqrt();
+        let [near, end] = points.map(blow);
+        if near.min(end) > -1e-12 {
+            break;
+        }
+        let x = if near < end { points[0] } else { points[1] };
+        let impulse = -1.5 * (speed - x * spin) / (inverse[0] + inverse[1] * x * x);
+        (speed, spin) = (speed + inverse[0] * impulse, spin - inverse[1] * x * impulse);
+    }
+    for (angle, far) in [(0.0, false), (0.0, true), (0.8, false), (0.8, true)] {
+        let report = run(&plank(angle, far), &[]);
+        let found = *column(&report, "spin").last().expect("a sample");
+        assert!((found - spin).abs() < 1e-9, "{angle} {far}: {found} {spin}");
+    }
+}
+
 const BLOCK: &str = r#"
 [plugins]
 libraries = ["odyn-joints"]

@@ -20,7 +20,7 @@
 //!
 //! Balls that approach with the velocity v separate with e v, e being the coefficient of restitution (Poisson's, as of
 //! `plane-contact`, which is the same where nothing sticks). Where several contacts touch at the same time, impacts follow one another,
-//! that of the fastest approach first and those as fast as it with it, until none approaches: as in a chain of balls that touch, in which
+//! that which would take most energy by itself first and those that come as fast with it, until none approaches: as in a chain of balls that touch, in which
 //! each strikes the next.
 //!
 //! With `mu` there is Coulomb friction, with the law of `plane-contact`: the contact sticks as long as that takes no more than mu times
