@@ -83,7 +83,7 @@ fn mechanisms_without_drive_or_ground_are_refused() {
 #[test]
 fn loads_are_written_for_finite_elements() {
     let scratch = Scratch::new("loads");
-    let ran = scratch.odyn("loads brick.toml --body brick --at 0,500 --format calculix --units m").ends_with(0);
+    let ran = scratch.odyn("loads brick.toml --body brick --at 0,0.5s --format calculix --units m").ends_with(0);
     assert!(ran.out().starts_with("loads on brick at 2 times; in balance to "), "{}", ran.out());
     let folder = scratch.0.join("results/brick-loads");
     let step = fs::read_to_string(folder.join("step-2.inp")).unwrap();
@@ -100,7 +100,9 @@ fn loads_are_written_for_finite_elements() {
     assert!(sizes("weight") > 0.0 && sizes("weight") == sizes("inertia"), "{}", falls.out());
     let ran = scratch.odyn("loads brick.toml --body brock").ends_with(3);
     assert!(ran.err().contains("did you mean `brick`?"), "{}", ran.err());
-    scratch.odyn("loads brick.toml --body brick --at soon").ends_with(2);
+    for wrong in ["soon", "start", "0,equilibrium", "0.2kg"] {
+        scratch.odyn(&format!("loads brick.toml --body brick --at {wrong}")).ends_with(2);
+    }
     for wrong in
         ["--first-node 0", "--first-node -1", "--first-node 99999999999", "--elset 1", "--elset a,b", "--elset ="]
     {

@@ -1,7 +1,7 @@
 //! [`At`]: the state of a scene that is looked at.
 
 use crate::linear::Linear;
-use crate::scene::{Dimension, number_and_unit, parse_unit};
+use crate::scene::{Dimension, UnitSystem, number_and_unit, parse_unit};
 use crate::session::{Instant, Session, SessionError};
 use crate::statics;
 
@@ -35,6 +35,16 @@ impl At {
                     _ => None,
                 },
             },
+        }
+    }
+
+    /// The time of a run that is meant, in the scene's unit, if one is.
+    #[must_use]
+    pub fn time(self, units: &UnitSystem) -> Option<f64> {
+        match self {
+            Self::Start | Self::Equilibrium => None,
+            Self::Time(time) => Some(time),
+            Self::Seconds(time) => Some(time / units.factor(Dimension::TIME)),
         }
     }
 }
@@ -76,11 +86,7 @@ pub fn place(
         let found = statics::equilibrium(&session, progress)?;
         return Ok(Placed { session, instant: found.instant, notes: found.notes });
     }
-    let time = match at {
-        At::Start | At::Equilibrium => None,
-        At::Time(time) => Some(time),
-        At::Seconds(time) => Some(time / session.scene.units.factor(Dimension::TIME)),
-    };
+    let time = at.time(&session.scene.units);
     let mut run = session.prepare()?.start()?;
     if let Some(time) = time {
         run.advance(time)?;

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
 
 use odyn::analyses::loads::{Consistent, Loads, loads as loads_of};
+use odyn::analyses::place::At;
 use odyn::analyses::shown;
 use odyn::diagnostics::{Diagnostic, codes, counted};
 use odyn::results::{SUMMARY_FILE, significant};
@@ -44,18 +45,18 @@ fn scene(args: &LoadsArgs) -> Result<(PathBuf, RunOptions), Failure> {
     Ok((PathBuf::from(scene), options))
 }
 
-/// The times that were asked for, in the scene's unit; `None`: those of the outputs, for peaks.
-fn times(args: &LoadsArgs) -> Result<Option<Vec<f64>>, Failure> {
+/// The times that were asked for; `None`: those of the outputs, for peaks.
+fn times(args: &LoadsArgs) -> Result<Option<Vec<At>>, Failure> {
     if args.at.trim() == "peaks" {
         return Ok(None);
     }
-    let number = |text: &str| text.trim().parse::<f64>().ok().filter(|time| time.is_finite());
-    let times: Vec<f64> = args.at.split(',').map(number).collect::<Option<_>>().ok_or_else(|| {
+    let is_time = |at: &At| matches!(at, At::Time(time) | At::Seconds(time) if time.is_finite());
+    let times = args.at.split(',').map(|text| At::read(text).filter(is_time)).collect::<Option<_>>();
+    times.map(Some).ok_or_else(|| {
         let message = format!("`--at {}` is neither `peaks` nor times", args.at);
-        let help = "give numbers in the scene's unit of time, separated by commas";
+        let help = "give times, separated by commas: in the scene's unit, or with their own such as \"0.2 s\"";
         Failure::new(Diagnostic::error(codes::UNKNOWN_WORD, message).help(help)).exit(exit::USAGE)
-    })?;
-    Ok(Some(times))
+    })
 }
 
 /// `odyn loads`
@@ -67,6 +68,7 @@ pub(super) fn loads(args: &LoadsArgs) -> Result<u8, Failure> {
     let progress = Progress::new();
     let mut listen = listener(&progress, args.quiet || args.scene.json);
     let scene = session.scene.clone();
+    let asked: Option<Vec<f64>> = asked.map(|all| all.into_iter().filter_map(|at| at.time(&scene.units)).collect());
     let found = loads_of(session, &args.body, asked.as_deref(), &mut listen, &AtomicBool::new(false))?;
     drop(listen);
     drop(progress);

@@ -116,7 +116,7 @@ pub(super) struct LoadsArgs {
     /// The body
     #[arg(long, value_name = "NAME")]
     pub(super) body: String,
-    /// Times, in the scene's unit, or `peaks`: where a force or moment on the body is largest among the output times
+    /// Times, in the scene's unit or with their own such as "0.2 s", or `peaks`: where a force or moment on the body is largest among the output times
     #[arg(long, value_name = "peaks|TIME,...", default_value = "peaks", allow_hyphen_values = true)]
     pub(super) at: String,
     /// What is written
