@@ -8,7 +8,7 @@ use odyn::results::{CHECKPOINT_FILE, SUMMARY_FILE};
 use odyn::session::{Checkpoint, Session};
 
 use super::exit;
-use super::failure::Failure;
+use super::failure::{Failure, watchdog};
 use super::interrupt::stop_on_interrupt;
 use super::run::{Told, complete, warn};
 use super::scene_args::ResumeArgs;
@@ -35,6 +35,7 @@ pub(super) fn resume(args: &ResumeArgs) -> Result<u8, Failure> {
     };
     options.plugins.extend(args.plugins.iter().cloned());
     options.equilibrium = Some(statics::start);
+    options.watchdog = Some(watchdog(args.watchdog, args.json));
     let afterwards = options.afterwards;
     let mut session = Session::open(scene, &options)?;
     session.resume(point)?;

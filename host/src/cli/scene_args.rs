@@ -115,6 +115,10 @@ pub(super) struct ResumeArgs {
     /// Library of elements, or folder to look for libraries in, besides those of the run; may be repeated
     #[arg(long = "plugin", value_name = "PATH")]
     pub(super) plugins: Vec<PathBuf>,
+    /// End the program, with exit code 4, when a call into a library takes longer. Without it such a call is reported after 10 s,
+    /// with the element it was made for, and waited for
+    #[arg(long, value_name = "SECONDS", value_parser = patience)]
+    pub(super) watchdog: Option<f64>,
     /// Print JSON
     #[arg(long)]
     pub(super) json: bool,

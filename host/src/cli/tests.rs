@@ -299,6 +299,7 @@ fn a_late_call_is_told_with_what_happens_next() {
     assert!(ends.is_error() && ends.help[0].starts_with("ended as --watchdog asks"), "{ends:?}");
     assert_eq!(run_args("run s.toml --watchdog 0.5").scene.watchdog, Some(0.5));
     assert!(Arguments::try_parse_from("odyn run s.toml --watchdog 1e99".split(' ')).is_err());
+    assert!(Arguments::try_parse_from("odyn resume out --watchdog 0.5".split(' ')).is_ok());
 }
 
 #[test]
