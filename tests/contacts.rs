@@ -852,3 +852,50 @@ fn a_run_is_brought_back_while_its_feet_creep() {
     let creeps = report.events.iter().filter(|event| event.kind == EventKind::Creeps).map(|event| event.time);
     assert!(creeps.fold(f64::INFINITY, f64::min) < 0.6, "it creeps where it is saved");
 }
+
+/// A part of 10 mg on the table, that a force begins to push, and one on a shaker; a block of so much lies on a floor of its own beside them.
+fn light_beside(mass: f64) -> String {
+    let contact = |name: &str, below: &str, body: &str, law: &str| {
+        format!(
+            "[[joint]]\nname = {name:?}\ntype = \"plane-contact\"\nbodies = [{below:?}, {body:?}]\n\
+             frames = [{{ position = [0, 0, 0], axis = [0, 0, 1] }}, {{ position = [0, 0, 0] }}]\nparams = {{ {law} }}\n"
+        )
+    };
+    let mut text = format!(
+        "[plugins]\nlibraries = [\"joints\", \"forces\"]\n[simulation]\ngravity = [0, 0, -9.81]\nt_end = 1\noutput_step = 0.1\n\
+         [[body]]\nname = \"block\"\nmass = {mass:?}\ninertia = [{mass:?}, {mass:?}, {mass:?}]\nposition = [5, 0, 0]\n\
+         [[body]]\nname = \"pushed\"\nmass = 1e-5\nparticle = true\n\
+         [[body]]\nname = \"shaker\"\nmass = 1\ninertia = [1, 1, 1]\n\
+         [[body]]\nname = \"shaken\"\nmass = 1e-5\nparticle = true\n\
+         [[joint]]\nname = \"rail\"\ntype = \"translational\"\nbodies = [\"ground\", \"shaker\"]\naxis = [0, 0, 1]\n\
+         [[joint]]\nname = \"drive\"\ntype = \"displacement-driver\"\nbodies = [\"ground\", \"shaker\"]\naxis = [0, 0, 1]\n\
+         params.displacement = \"0.01 * (1 - cos(40 * t))\"\n\
+         [[force]]\nname = \"push\"\ntype = \"vector-force\"\nbodies = [\"ground\", \"pushed\"]\nparams.x = \"1e-4 * t\"\n"
+    );
+    text += &contact("floor", "ground", "block", "radius = 0");
+    text += &contact("table", "ground", "pushed", "mu = 0.3");
+    text += &contact("plate", "shaker", "shaken", "radius = 0");
+    for (body, component) in [("pushed", "x"), ("shaken", "z")] {
+        text += &format!(
+            "[[output]]\nname = \"{body}\"\nquantity = \"position\"\nof = \"{body}\"\ncomponent = \"{component}\"\n"
+        );
+    }
+    text
+}
+
+/// What of a reaction is round-off was a share of the largest in the scene: beside 10 t a part stuck that was pushed, and beside 1000 t one on
+/// a shaker never left it.
+#[test]
+fn what_rests_elsewhere_holds_nothing_that_is_light() {
+    for islands in ["together", "apart"] {
+        let set = format!("simulation.islands={islands:?}");
+        let [light, heavy] = [1e-5, 1e6].map(|mass| run(&light_beside(mass), &[&set]));
+        let opens = |report: &RunReport| report.events.iter().filter(|event| event.kind == EventKind::Opens).count();
+        assert!(opens(&light) >= 6 && opens(&light) == opens(&heavy), "{}, {}", opens(&light), opens(&heavy));
+        for name in ["pushed", "shaken"] {
+            let off = difference(column(&light, name), column(&heavy, name));
+            assert!(off < 1e-9, "{islands}: `{name}` differs by {off:.1e}");
+        }
+        assert!((column(&heavy, "pushed").last().expect("a sample") - 0.585_745_690).abs() < 1e-8);
+    }
+}

@@ -673,3 +673,25 @@ fn a_parallelogram_passes_its_change_points() {
         }
     }
 }
+
+/// A bob on a spring 100 km from the origin, pushed by a force of which a frame is at the origin, or beside it.
+fn pushed_far_away(place: &str) -> String {
+    format!(
+        "[plugins]\nlibraries = [\"forces\"]\n[simulation]\nt_end = 5\noutput_step = 0.1\ntolerance = 1e-8\n\
+         [[body]]\nname = \"bob\"\nmass = 1\nparticle = true\nposition = [100001, 0, 0]\nvelocity = [0, 1, 0.3]\n\
+         [[force]]\nname = \"spring\"\ntype = \"translational-spring-damper\"\nbodies = [\"ground\", \"bob\"]\n\
+         points = [[100000, 0, 0], [100001, 0, 0]]\nparams = {{ stiffness = 10, free_length = 0.8 }}\n\
+         [[force]]\nname = \"push\"\ntype = \"vector-force\"\nbodies = [\"ground\", \"bob\"]\n{place}params.x = 1e-3\n\
+         [[output]]\nname = \"z\"\nquantity = \"position\"\nof = \"bob\"\ncomponent = \"z\"\n"
+    )
+}
+
+/// Where the ground takes the reaction of a force has no part in the motion, nor in the size that errors are compared with.
+#[test]
+fn a_place_that_has_no_say_is_no_part_of_the_size_of_a_scene() {
+    let [there, beside] = ["", "point = [100001, 0, 0]\n"].map(|place| {
+        let report = crate::contacts::run(&pushed_far_away(place), &[]);
+        (report.summary.steps, crate::support::column(&report, "z").to_vec())
+    });
+    assert_eq!(there, beside);
+}

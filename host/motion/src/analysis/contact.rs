@@ -463,6 +463,14 @@ impl Meeting {
         given.fold(0.0, f64::max)
     }
 
+    /// Contacts that touch, as places among those, and frictions, each with the number of the block that it belongs to: what is in others has
+    /// nothing to do with it.
+    pub fn parts(&self) -> impl Iterator<Item = (Holder, usize)> {
+        let block = |row: usize| self.blocks.iter().position(|rows| rows.binary_search(&row).is_ok()).unwrap_or(0);
+        let contacts = (0..self.touching.len()).map(move |k| (Holder::Contact(k), block(self.first[k])));
+        contacts.chain(self.grips.iter().map(move |grip| (Holder::Friction(grip.number), block(grip.rows[0]))))
+    }
+
     /// What a closed contact may pull with and a friction that sticks take without anything being decided by it: opened, or given way to, it
     /// would hardly accelerate.
     #[must_use]

@@ -32,8 +32,8 @@ pub struct Scales {
 }
 
 impl Scales {
-    /// The size of a scene: diagonal of the box around all centres of mass and markers, or the largest radius of gyration
-    /// where that is larger. `working` is the assembled state.
+    /// The size of a scene: diagonal of the box around all centres of mass and markers, but for those on the ground whose place has no say,
+    /// or the largest radius of gyration where that is larger. `working` is the assembled state.
     #[must_use]
     pub fn new(model: &Model, working: &[f64]) -> Self {
         let found = Self::where_turn(model, working, |_| true);
@@ -56,14 +56,17 @@ impl Scales {
                 length = length.max((body.inertia.trace() / body.mass).sqrt());
             }
         }
-        for marker in model.elements.iter().flat_map(|e| &e.markers) {
-            points.push(match marker.body {
-                Some(body) => {
-                    let (r, a) = pose(body);
-                    r + a * marker.position
+        for element in &model.elements {
+            for (frame, marker) in element.markers.iter().enumerate() {
+                match marker.body {
+                    Some(body) => {
+                        let (r, a) = pose(body);
+                        points.push(r + a * marker.position);
+                    }
+                    None if element.depends_on_place(frame) => points.push(marker.position),
+                    None => {}
                 }
-                None => marker.position,
-            });
+            }
         }
         if let Some(first) = points.first() {
             let low = points.iter().fold(*first, |m, p| m.inf(p));

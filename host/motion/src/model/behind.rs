@@ -47,6 +47,21 @@ impl Instance {
         (!self.class.opaque).then(|| behind().filter_map(input).collect())
     }
 
+    /// Whether anything that happens depends on where one of its frames is on the ground: not on where a force that has but directions from
+    /// there has its reaction, nor on what is only reported.
+    #[must_use]
+    pub fn depends_on_place(&self, frame: usize) -> bool {
+        let acts = |role: Role| match role {
+            Role::Force(k) | Role::Torque(k) => self.markers[k as usize / 3].body.is_some(),
+            Role::Angle(_) | Role::Coordinate(_) | Role::Channel(_) | Role::Signal(_) => false,
+            _ => true,
+        };
+        let is_place =
+            |(_, op): &(u32, Op)| matches!(op, Op::Input(Input::Position { frame: of, .. }) if *of as usize == frame);
+        let wanted = self.recording.outputs.iter().filter(|output| acts(output.role)).map(|output| output.node);
+        self.class.opaque || operations_behind(&self.recording, wanted).iter().any(is_place)
+    }
+
     /// The signals that a result depends on, ascending.
     pub(super) fn signals_of(&self, role: Role) -> Vec<usize> {
         let Some(inputs) = self.inputs_of(role) else { return (0..self.class.inputs.len()).collect() };

@@ -93,6 +93,8 @@ pub(super) struct Touch {
     pub(super) creep: Creep,
     /// Below what force of each of these nothing is decided by it, where they met last.
     pub(super) undecided: Vec<f64>,
+    /// By these: what of them has to do with each other has one number, where they met last.
+    pub(super) parts: Vec<usize>,
     /// Size of gravity, m/s^2, and the weights of bodies, six each.
     pub(super) gravity: f64,
     pub(super) weights: Vec<f64>,
@@ -151,6 +153,7 @@ impl Touch {
             pressed: Pressed::default(),
             creep: Creep::default(),
             undecided: vec![0.0; contacts.len() + frictions.len()],
+            parts: vec![0; contacts.len() + frictions.len()],
             gravity: model.gravity.norm(),
             weights: weights(model),
             met_at: f64::NAN,

@@ -58,16 +58,28 @@ impl Pressed {
 }
 
 impl Touch {
-    /// Takes note of the forces below which a decision does not depend on them, where contacts meet.
+    /// Takes note of the forces below which a decision does not depend on them, where contacts meet, and of what has nothing to do with
+    /// each other there.
     pub(super) fn undecided_of(&mut self, meeting: &Meeting, pattern: &Pattern) {
+        let first = self.first_friction();
+        let number = |holder: Holder| match holder {
+            Holder::Contact(place) => Some(meeting.touching[place]),
+            Holder::Friction(number) => Some(first + number),
+            Holder::Row(_) => None,
+        };
         for (holder, force) in meeting.undecided(pattern) {
-            let k = match holder {
-                Holder::Contact(place) => meeting.touching[place],
-                Holder::Friction(number) => self.first_friction() + number,
-                Holder::Row(_) => continue,
-            };
-            self.undecided[k] = force;
+            number(holder).into_iter().for_each(|k| self.undecided[k] = force);
         }
+        for (holder, part) in meeting.parts() {
+            number(holder).into_iter().for_each(|k| self.parts[k] = part);
+        }
+    }
+
+    /// The largest of closed contacts and what sticks, for each of these the largest of what it has to do with.
+    fn largest(&self, of: impl Fn(usize) -> f64) -> Vec<f64> {
+        let mut by_part = vec![0.0_f64; self.parts.iter().max().map_or(0, |most| most + 1)];
+        self.closed.iter().for_each(|k| by_part[self.parts[*k]] = by_part[self.parts[*k]].max(of(*k).abs()));
+        self.parts.iter().map(|part| by_part[*part]).collect()
     }
 
     /// What the value of an open contact, or the speed of a friction behind them, is typically like where places are of the size
@@ -118,18 +130,19 @@ impl Simulation<'_> {
         // Reactions in N: a torque over the gradient of an angle.
         let force = |k: &usize| values[*k] * touch.gradients[*k];
         let left = |k: &usize| touch.left(*k) * touch.gradients[*k];
-        let largest = touch.closed.iter().map(|k| left(k).abs()).fold(0.0, f64::max);
-        let pulls = touch.closed.iter().copied().filter(|k| force(k) < -PULLS * largest);
+        // Round-off of one reaction is that of all it is found together with.
+        let largest = touch.largest(|k| left(&k));
+        let pulls = touch.closed.iter().copied().filter(|k| force(k) < -PULLS * largest[*k]);
         // Of those that share, it is one of which there is least.
         let worst = pulls.min_by(|a, b| left(a).total_cmp(&left(b)));
         let again = LARGER_AGAIN.powi(touch.at_once as i32).min(MOST_LARGER);
         // What may be held in all, where next to nothing is left of it.
-        let bounds = touch.closed.iter().map(|k| (touch.bound(*k) * touch.gradients[*k]).abs());
-        let largest = if touch.at_once > 0 { bounds.fold(largest, f64::max) } else { largest };
+        let bound = |k: usize| (touch.bound(k) * touch.gradients[k]).abs();
+        let largest = if touch.at_once > 0 { touch.largest(|k| left(&k).abs().max(bound(k))) } else { largest };
         for (k, value) in values.into_iter().take(touch.levels.len()).enumerate() {
             let (size, noise) = match touch.closed.contains(&k) {
                 true => {
-                    let size = if largest > 0.0 { largest / touch.gradients[k] } else { 1.0 };
+                    let size = if largest[k] > 0.0 { largest[k] / touch.gradients[k] } else { 1.0 };
                     (size, (NO_REACTION * again * size).max(DECIDED * touch.undecided[k]))
                 }
                 // Wherever it starts, it may not get deeper.
