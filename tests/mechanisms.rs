@@ -695,3 +695,72 @@ fn a_place_that_has_no_say_is_no_part_of_the_size_of_a_scene() {
     });
     assert_eq!(there, beside);
 }
+
+/// A satellite with a wheel that turns fast and a panel on a spring whose angle is counted.
+const SATELLITE: &str = r#"
+[plugins]
+libraries = ["joints", "forces"]
+[simulation]
+t_end = 100
+output_step = 10
+tolerance = 1e-6
+[[body]]
+name = "bus"
+mass = 400
+inertia = [80, 90, 100]
+angular_velocity = [0, 0.01, 0]
+velocity = [0, 0, 0]
+[[body]]
+name = "wheel"
+mass = 5
+inertia = [0.06, 0.06, 0.1]
+angular_velocity = [0, 0.01, 300]
+[[body]]
+name = "panel"
+mass = 30
+inertia = [40, 2, 42]
+position = [0, 3, 0]
+[[joint]]
+name = "bearing"
+type = "revolute"
+bodies = ["bus", "wheel"]
+[[joint]]
+name = "hinge"
+type = "revolute"
+bodies = ["bus", "panel"]
+point = [0, 1, 0]
+[[force]]
+name = "spring"
+type = "SPRING"
+bodies = ["bus", "panel"]
+point = [0, 1, 0]
+params = PARAMS
+[[output]]
+name = "z"
+quantity = "angular_velocity"
+of = "panel"
+component = "x"
+"#;
+
+/// Steps follow the angles that are counted, not what turns beside them: there were 30 000 steps, one for each radian of the wheel.
+#[test]
+fn a_wheel_does_not_choose_the_steps_of_an_angle_that_is_counted_elsewhere() {
+    let with = |kind: &str, params: &str| {
+        crate::contacts::run(&SATELLITE.replace("SPRING", kind).replace("PARAMS", params), &[])
+    };
+    let counted = with("rotational-spring-damper", "{ stiffness = 20 }");
+    let bushing = with("bushing", "{ stiffness = [0, 0, 0], rotational_stiffness = [0, 0, 20] }");
+    assert!(counted.summary.steps < bushing.summary.steps + 20, "{}", counted.summary.steps);
+    let [one, other] = [&counted, &bushing].map(|report| crate::support::column(report, "z"));
+    assert!(crate::support::difference(one, other) < 1e-6);
+}
+
+/// The place of a particle, computed, and the same place written: one, though they are a rounding apart.
+#[test]
+fn a_rounding_apart_is_not_beside_a_particle() {
+    let text = "[plugins]\nlibraries = [\"forces\"]\n[parameters]\na = 0.1\n[simulation]\nt_end = 1\noutput_step = 0.1\n\
+                [[body]]\nname = \"p\"\nmass = 1\nparticle = true\nposition = [\"3 * a\", 0, 0]\n\
+                [[force]]\nname = \"s\"\ntype = \"translational-spring-damper\"\nbodies = [\"ground\", \"p\"]\n\
+                points = [[0, 0, 0], [0.3, 0, 0]]\nparams = { stiffness = 100, free_length = 0.2 }\n";
+    crate::contacts::run(text, &["simulation.formulation=\"joint\""]);
+}

@@ -192,6 +192,9 @@ fn check_bodies(record: &ElementRecord, handle: &ElementHandle, targets: &[&Targ
     }
 }
 
+/// Share of what a number is a difference of that is round-off.
+const ROUND_OFF: f64 = 4.0 * f64::EPSILON;
+
 /// Where the element's frames are on their bodies.
 fn markers(record: &ElementRecord, targets: &[&Target], bodies: &Bodies) -> Result<Vec<Marker>, Box<Diagnostic>> {
     let count = targets.len();
@@ -217,7 +220,11 @@ fn markers(record: &ElementRecord, targets: &[&Target], bodies: &Bodies) -> Resu
                 let (origin, attitude) = body_frame(target, bodies);
                 // Not given: the origin of the body's own frame.
                 let point = pick(points, k).map_or(origin, Vector3::from);
-                poses.push((attitude.tr_mul(&(point - origin)), attitude.tr_mul(&triad)));
+                let offset = point - origin;
+                // Two numbers that are one but for round-off.
+                let is_there = offset.norm() <= ROUND_OFF * origin.norm();
+                let offset = if is_there { Vector3::zeros() } else { offset };
+                poses.push((attitude.tr_mul(&offset), attitude.tr_mul(&triad)));
             }
             poses
         }
@@ -256,7 +263,6 @@ fn markers(record: &ElementRecord, targets: &[&Target], bodies: &Bodies) -> Resu
 /// Zeros and ones that round-off has blurred are zeros and ones again: where an axis lies along another one, whole terms of
 /// the equations are known to vanish.
 fn without_round_off(mut marker: Marker) -> Marker {
-    const ROUND_OFF: f64 = 4.0 * f64::EPSILON;
     for entry in marker.rotation.iter_mut() {
         if entry.abs() <= ROUND_OFF {
             *entry = 0.0;

@@ -338,6 +338,11 @@ impl Simulation<'_> {
             if let Some(latched) = &self.latched {
                 latched.hold(&self.discrete, &mut held);
             }
+            let changes =
+                |before: &[f64]| before.iter().zip(angles).fold(0.0_f64, |most, (a, b)| most.max((b - a).abs()));
+            let turning = self.turning.take().filter(|(before, ..)| *before < t);
+            let rate = turning.map(|(before, angles, _)| changes(&angles) / (t - before));
+            self.turning = Some((t, angles.to_vec(), rate));
             for (number, angle) in self.counted.iter().zip(angles) {
                 let reference = &mut self.references[*number];
                 if (angle - *reference).abs() > NEW_REFERENCE {
