@@ -6,7 +6,7 @@ use element_api::manifest::Library;
 use element_api::prelude::*;
 use odyn::session::RunReport;
 
-use crate::support::{assert_same_motion, root, run_linked};
+use crate::support::{assert_same_motion, root, run_linked, try_run_linked};
 
 /// A hinge with the equations of a revolute joint.
 struct Hinge<const OPAQUE: bool>;
@@ -324,4 +324,40 @@ fn the_formulation_of_the_paper_takes_opaque_elements_too() {
     let paper = run_linked(&opaque.replace("t_end = 2", reference), library());
     let working = run_linked(&opaque.replace("t_end = 2", "t_end = 0.5"), library());
     assert_same_motion(&paper, &working, 1e-9);
+}
+
+/// A joint whose code fails whenever it is called.
+struct Broken;
+
+impl Element for Broken {
+    const NAME: &'static str = "broken";
+    const SUMMARY: &'static str = "fails";
+    const FRAMES: &'static [FrameSpec] = &[FrameSpec::new("i", "first body"), FrameSpec::new("j", "second body")];
+    const OPAQUE: bool = true;
+    type Parameters = NoParameters;
+
+    fn new(_: NoParameters) -> Result<Self, ParamError> {
+        Ok(Self)
+    }
+}
+
+impl Constraint for Broken {
+    const ROWS: &'static [&'static str] = &["x"];
+
+    fn residual<S: Scalar>(&self, _: &Configuration<'_, S>, _: &mut Rows<'_, S>) {
+        panic!("out of order");
+    }
+}
+
+/// Also where nothing moves yet it is the element that is named, with its place, and the library that is to blame.
+#[test]
+fn an_element_that_fails_at_the_start_is_named() {
+    let text = "[simulation]\nt_end = 1\noutput_step = 0.5\n[[body]]\nname = \"b\"\nmass = 1\ninertia = [1, 1, 1]\n\
+                [[joint]]\nname = \"e\"\ntype = \"broken\"\nbodies = [\"ground\", \"b\"]\n";
+    let classes = vec![joint::<Broken>()];
+    let library = Library { package: "test".into(), version: "1.0.0".into(), about: "test".into(), classes };
+    let error = try_run_linked(text, library).expect_err("it fails");
+    let found = &error.diagnostics[0];
+    assert!(found.message.starts_with("`e` (test/broken) failed at the start: "), "{}", found.message);
+    assert!(!found.labels.is_empty() && error.exit_code() == 4, "{error}");
 }

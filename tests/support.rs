@@ -10,7 +10,7 @@ use element_api::manifest::Library;
 use odyn::catalog::Catalog;
 use odyn::diagnostics::Source;
 use odyn::scene::{Override, parse};
-use odyn::session::{Restart, RunOptions, RunReport, Session};
+use odyn::session::{Restart, RunOptions, RunReport, Session, SessionError};
 
 /// The root of the source tree.
 pub fn root() -> &'static Path {
@@ -115,12 +115,20 @@ pub fn run(scene: &str, sets: &[&str]) -> RunReport {
 /// Runs the text of a scene with elements that are linked in.
 #[track_caller]
 pub fn run_linked(text: &str, library: Library) -> RunReport {
+    let report = try_run_linked(text, library).unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(report.exit_code(), 0, "{} {:?}", report.summary.reason, report.summary.audit);
+    report
+}
+
+/// The same, with why there is no result.
+#[track_caller]
+pub fn try_run_linked(text: &str, library: Library) -> Result<RunReport, SessionError> {
     let mut catalog = Catalog::new();
     catalog.add_library(library).unwrap();
     let (scene, warnings) =
         parse(Source::new("scene.toml", text), &[]).unwrap_or_else(|rejected| panic!("{:?}", rejected.diagnostics));
     let session = Session::with_catalog(scene, warnings, &catalog, &RunOptions::default());
-    finish(session.unwrap_or_else(|error| panic!("{error}")))
+    session?.run(None, Box::new(|_| ()), &Default::default())
 }
 
 #[track_caller]

@@ -1,6 +1,10 @@
 //! [`SessionError`]: why there is no result, in words, and the exit code that goes with it.
 
+use crate::analysis::AnalysisError;
+use crate::catalog::fault_code;
 use crate::diagnostics::{Diagnostic, Exit, Source, codes, render, summary};
+use crate::model::Model;
+use crate::scene::Scene;
 
 /// Why there is no result.
 #[derive(Debug)]
@@ -65,8 +69,26 @@ impl std::fmt::Display for SessionError {
 
 impl std::error::Error for SessionError {}
 
+/// The element behind a failure, with its place in the scene; `when` says when it failed.
+pub(super) fn fault_of_element(scene: &Scene, model: &Model, error: &AnalysisError, when: &str) -> Option<Diagnostic> {
+    let AnalysisError::Element { set, fault } = error else { return None };
+    let instance = model.elements.iter().find(|e| e.set == *set && e.index as usize == fault.instance)?;
+    let record = scene.elements.iter().find(|record| record.name.value == instance.name)?;
+    let who = format!("`{}` ({}/{})", instance.name, instance.library, instance.class.name);
+    let code = fault_code(&fault.message);
+    let diagnostic =
+        Diagnostic::error(code, format!("{who} failed {when}: {}", fault.message)).at(record.name.span.clone(), "");
+    if code == codes::FMU_FAILED || code == codes::FMU_WITHOUT_STATE {
+        return Some(diagnostic);
+    }
+    Some(diagnostic.help("this is a defect of the library; its author will want this message"))
+}
+
 /// A motion that cannot start.
-pub(super) fn start_error(scene: &crate::scene::Scene, error: &dyn std::fmt::Display) -> SessionError {
+pub(super) fn start_error(scene: &Scene, model: &Model, error: &AnalysisError) -> SessionError {
+    if let Some(fault) = fault_of_element(scene, model, error, "at the start") {
+        return SessionError::one(&scene.source, fault);
+    }
     let diagnostic = Diagnostic::error(codes::SINGULAR_MASS, format!("the motion cannot start: {error}"))
         .help("check masses, inertias and the equations of the elements");
     SessionError::one(&scene.source, diagnostic).of_integration()

@@ -201,7 +201,7 @@ impl Session {
     pub(super) fn joint_plan(&self, tree: SpanningTree, folding: Folding) -> Result<Option<JointPlan>, SessionError> {
         let (t, place) = self.place_of_ranks();
         let plan = JointPlan::new(&self.equations, &self.model, &self.plan.layout, tree, (place, t), folding);
-        let mut plan = plan.map_err(|e| start_error(&self.scene, &e))?;
+        let mut plan = plan.map_err(|e| start_error(&self.scene, &self.model, &e))?;
         if let Some(plan) = &mut plan {
             let left_out = (0..plan.rows.len()).filter(|k| plan.independent.binary_search(k).is_err());
             let left_out: Vec<usize> = left_out.map(|k| plan.rows[k]).collect();
@@ -222,17 +222,18 @@ impl Session {
             "auto" | "compiled" | "interpreted" => {
                 let choice = self.choose_formulation()?;
                 let Self { equations, model, plan, scene, .. } = self;
-                let refused = |e| start_error(scene, &e);
                 if choice.joint.is_none() {
                     equations.write_gammas();
                 }
                 equations.graph.share();
                 let Some(joint) = choice.joint else {
-                    let form = WorkingForm::new(equations, model, plan, length).map_err(refused)?;
+                    let form = WorkingForm::new(equations, model, plan, length);
+                    let form = form.map_err(|e| start_error(scene, model, &e))?;
                     return Ok(Box::new(form));
                 };
                 let bodies = WorkingParts::new(equations, model, plan, length);
-                Ok(Box::new(JointForm::new(joint, model, &plan.layout, bodies).map_err(refused)?))
+                let form = JointForm::new(joint, model, &plan.layout, bodies);
+                Ok(Box::new(form.map_err(|e| start_error(scene, model, &e))?))
             }
             "reference" => Ok(Box::new(ReferenceForm::new(&mut self.model, &self.plan, length))),
             other => Err(self.unknown_word(other, false)),
@@ -251,7 +252,7 @@ impl Session {
         let length = self.assembly.scales.length;
         equations.graph.share();
         let bodies = WorkingParts::new(equations, model, plan, length);
-        JointForm::new(joint, model, &plan.layout, bodies).map(Some).map_err(|e| start_error(scene, &e))
+        JointForm::new(joint, model, &plan.layout, bodies).map(Some).map_err(|e| start_error(scene, model, &e))
     }
 
     /// Whether the start is a singular position, or next to one.

@@ -94,7 +94,7 @@ impl Session {
     /// Why contacts do not let a run start, with the place of the element.
     pub(super) fn bad_contact(&self, error: &AnalysisError) -> SessionError {
         let AnalysisError::Penetrates { element, row, value } = error else {
-            return super::error::start_error(&self.scene, error);
+            return super::error::start_error(&self.scene, &self.model, error);
         };
         let units = &self.scene.units;
         let dimension = if self.turns_only(element, row) { Dimension::ANGLE } else { Dimension::LENGTH };
@@ -143,7 +143,8 @@ impl Session {
         let layout = self.plan.layout.clone();
         let equations = self.equations.in_mode(closed, &layout);
         let plan = self.decided(&equations, (place.0, &place.1))?;
-        let rows = Constraints::of_all(&equations).map_err(|e| super::error::start_error(&self.scene, &e))?;
+        let rows =
+            Constraints::of_all(&equations).map_err(|e| super::error::start_error(&self.scene, &self.model, &e))?;
         let was = (std::mem::replace(&mut self.plan, plan), self.ahead.replace(place));
         let asked = self.scene.simulation.formulation.replace(Spanned::new(coordinates.to_owned(), 0..0));
         let made = self.formulation_with(equations, offer_jacobian);

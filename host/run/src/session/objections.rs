@@ -1,7 +1,7 @@
 //! What is wrong with the start of a scene, or worth a warning.
 
 use super::culprit::functions_of;
-use super::error::SessionError;
+use super::error::{SessionError, fault_of_element};
 use super::options::tolerance;
 use crate::analysis::{AnalysisError, Assembly, AssemblyError, Gap, Move};
 use crate::diagnostics::{Diagnostic, codes};
@@ -21,13 +21,15 @@ const LEAST_TURN: f64 = 1e-9;
 /// Joints that are named where they contradict each other.
 const MOST_JOINTS: usize = 12;
 
-pub(super) fn assembly_error(error: &AssemblyError, scene: &Scene) -> SessionError {
+pub(super) fn assembly_error(error: &AssemblyError, scene: &Scene, model: &Model) -> SessionError {
     match error {
         AssemblyError::Impossible { rows } => impossible(rows, scene),
         AssemblyError::Contradiction { rows } => contradiction(rows, scene),
         AssemblyError::Undefined { joint, row } => undefined(joint, row, scene),
         AssemblyError::Analysis(error) => {
-            let mut diagnostic = Diagnostic::error(codes::CANNOT_ASSEMBLE, error.to_string());
+            let fault = fault_of_element(scene, model, error, "at the start");
+            let general = || Diagnostic::error(codes::CANNOT_ASSEMBLE, error.to_string());
+            let mut diagnostic = fault.unwrap_or_else(general);
             if let AnalysisError::Unsolved { element, .. } = error {
                 diagnostic = of_unsolved(diagnostic, element, scene);
             }

@@ -129,7 +129,7 @@ impl Session {
         let (state, notes) = find(self)?;
         let place = Some((state.working.as_slice(), state.references.as_slice()));
         let found = assemble_from(&self.equations, &self.model, &self.plan.layout, self.begins.time, place);
-        Ok((found.map_err(|error| assembly_error(&error, &self.scene))?, notes))
+        Ok((found.map_err(|error| assembly_error(&error, &self.scene, &self.model))?, notes))
     }
 
     /// [`Session::of_scene`] at the start that the scene gives, or at `start`, whatever the scene says of an equilibrium.
@@ -160,14 +160,14 @@ impl Session {
             && SpanningTree::new(&model, |_| true).closes_no_loop(&layout);
         let mut equations = written(&model, &layout, for_tree);
         refuse_solved_limit(&scene, &model, &equations, &layout)?;
-        let refuse = |error: AssemblyError| assembly_error(&error, &scene);
+        let refuse = |model: &Model, error: AssemblyError| assembly_error(&error, &scene, model);
         let t = start.as_ref().map_or(scene.simulation.t_start, |(t, _)| *t);
         let assembled = |equations: &Equations, model: &Model| match &start {
             Some((_, start)) => Ok(start.clone()),
-            None => assemble(equations, model, &layout, t).map_err(refuse),
+            None => assemble(equations, model, &layout, t).map_err(|error| refuse(model, error)),
         };
         let mut assembly = assembled(&equations, &model)?;
-        let idle = idle_axes(&equations, &model, &layout, t, &assembly).map_err(refuse)?;
+        let idle = idle_axes(&equations, &model, &layout, t, &assembly).map_err(|error| refuse(&model, error))?;
         if !idle.is_empty() {
             idle.iter().for_each(|(body, axis)| model.bodies[*body].calm(*axis));
             equations = written(&model, &layout, for_tree);

@@ -184,7 +184,8 @@ impl Session {
     fn shown_elements(&self) -> Result<Vec<ShownElement>, SessionError> {
         let (equations, layout) = (&self.equations, &self.plan.layout);
         let numbers: Vec<usize> = movable_records(&self.scene).map(|(number, _)| number).collect();
-        let failed = |error: crate::analysis::AnalysisError| super::error::start_error(&self.scene, &error);
+        let failed =
+            |error: crate::analysis::AnalysisError| super::error::start_error(&self.scene, &self.model, &error);
         let all: Vec<usize> = (0..layout.rows).collect();
         let mut rows = Constraints::new(equations, &all, &[], &[]).map_err(failed)?;
         let inputs = start_inputs(layout, self.begins.time, &self.assembly);

@@ -150,7 +150,7 @@ impl Prepared {
         let layout = session.plan.layout.clone();
         let Session { equations, model, assembly, scene, .. } = &mut session;
         let mut system = Simulation::new(equations, model, &layout, assembly, formulation, tolerance, rows)
-            .map_err(|e| start_error(scene, &e))?;
+            .map_err(|e| start_error(scene, model, &e))?;
         let mut watching = Watching::find(&mut session.equations, system.counted_angles(), &layout);
         if session.pruning.events && fixed_step.is_none() {
             system.end_steps_at(&session.equations, watching.conditions());
@@ -184,12 +184,12 @@ impl Prepared {
         watching.releases = session.equations.releases.clone();
         watching.rows = system
             .watch_rows_left_out(&session.equations, t_start, &state)
-            .map_err(|e| start_error(&session.scene, &e))?;
+            .map_err(|e| start_error(&session.scene, &session.model, &e))?;
         let bounded = system.guard(&mut session.equations, &watching);
         session.equations.graph.rest();
         system
             .anticipate_rest(&session.equations, &session.model, (t_start, &state), t_end - t_start)
-            .map_err(|e| start_error(&session.scene, &e))?;
+            .map_err(|e| start_error(&session.scene, &session.model, &e))?;
         if session.determined {
             system.anticipate_drives(&session.equations, (t_start, &state), t_end - t_start);
         }

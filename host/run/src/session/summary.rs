@@ -5,13 +5,12 @@ use std::ops::Range;
 use element_api::params::ParamSpec;
 
 use super::checkpoint::Carried;
-use super::error::{SessionError, start_error};
+use super::error::{SessionError, fault_of_element, start_error};
 use super::opened::Session;
 use super::restart::Restart;
 use super::savings::needs_solver;
 use super::tier::Made;
 use crate::analysis::{AnalysisError, Counters};
-use crate::catalog::fault_code;
 use crate::diagnostics::{Code, Diagnostic, codes};
 use crate::integrate::{self, IntegrateError, Outcome, StopReason};
 use crate::model::{Channel, Quantity};
@@ -295,7 +294,7 @@ impl Session {
 
     /// The motion cannot start at this time, s: by the fault of an element, or of its equations.
     pub(super) fn cannot_start(&self, error: AnalysisError, t: f64) -> SessionError {
-        let mut general = start_error(&self.scene, &error);
+        let mut general = start_error(&self.scene, &self.model, &error);
         if matches!(error, AnalysisError::NoCommonSolution) {
             for (place, help) in self.reaction_takers().into_iter().chain(self.signal_takers()) {
                 general.diagnostics =
@@ -394,20 +393,9 @@ impl Session {
     fn element_fault(&self, error: &IntegrateError) -> Option<Diagnostic> {
         let IntegrateError::System { t, cause } = error else { return None };
         let cause = cause.downcast_ref::<crate::analysis::AnalysisError>()?;
-        let crate::analysis::AnalysisError::Element { set, fault } = cause else { return None };
         let unit = self.scene.units.factor(Dimension::TIME);
-        let label = self.scene.units.label(Dimension::TIME);
-        let instance = self.model.elements.iter().find(|e| e.set == *set && e.index as usize == fault.instance)?;
-        let record = self.scene.elements.iter().find(|record| record.name.value == instance.name)?;
-        let who = format!("`{}` ({}/{})", instance.name, instance.library, instance.class.name);
-        let time = significant(t / unit, 6);
-        let text = format!("{who} failed at t = {time} {label}: {}", fault.message);
-        let code = fault_code(&fault.message);
-        let diagnostic = Diagnostic::error(code, text).at(record.name.span.clone(), "");
-        if code == codes::FMU_FAILED || code == codes::FMU_WITHOUT_STATE {
-            return Some(diagnostic);
-        }
-        Some(diagnostic.help("this is a defect of the library; its author will want this message"))
+        let when = format!("at t = {} {}", significant(t / unit, 6), self.scene.units.label(Dimension::TIME));
+        fault_of_element(&self.scene, &self.model, cause, &when)
     }
 }
 
