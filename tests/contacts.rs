@@ -899,3 +899,75 @@ fn what_rests_elsewhere_holds_nothing_that_is_light() {
         assert!((column(&heavy, "pushed").last().expect("a sample") - 0.585_745_690).abs() < 1e-8);
     }
 }
+
+/// A carriage on a rail, driven through a screw of this lead, m/rad, that comes to an end stop; a body beside it makes the scene large.
+fn axis_with_a_stop(lead: f64, far: f64) -> String {
+    format!(
+        r#"
+[plugins]
+libraries = ["joints"]
+[simulation]
+t_end = 0.02
+output_step = 0.01
+tolerance = 1e-9
+[[body]]
+name = "carriage"
+mass = 20
+inertia = [0.1, 0.1, 0.1]
+velocity = [{speed:?}, 0, 0]
+[[body]]
+name = "motor"
+mass = 1
+inertia = [1e-4, 1e-4, 1e-4]
+position = [0.5, 0, 0]
+angular_velocity = [300, 0, 0]
+[[body]]
+name = "beside"
+mass = 1
+inertia = [1, 1, 1]
+position = [{far:?}, 0, 0]
+[[joint]]
+name = "rail"
+type = "translational"
+bodies = ["ground", "carriage"]
+axis = [1, 0, 0]
+[[joint]]
+name = "bearing"
+type = "revolute"
+bodies = ["ground", "motor"]
+point = [0.5, 0, 0]
+axis = [1, 0, 0]
+[[joint]]
+name = "drive"
+type = "coupler"
+bodies = ["ground", "motor", "ground", "carriage"]
+axis = [1, 0, 0]
+params = {{ first = "rotation", second = "translation", lead = {lead:?} }}
+[[joint]]
+name = "end"
+type = "translational-stop"
+bodies = ["ground", "carriage"]
+axis = [1, 0, 0]
+params = {{ upper = {upper:?}, restitution = 0.5 }}
+[[output]]
+name = "v"
+quantity = "velocity"
+of = "carriage"
+component = "x"
+"#,
+        speed = 300.0 * lead,
+        upper = 3.0 * lead,
+    )
+}
+
+/// What an axis with a fine screw moves by is small beside the scene: "joints and drivers determine how it moves, and nothing can give way".
+#[test]
+fn a_stop_on_an_axis_with_a_fine_screw_gives_way() {
+    for (lead, far) in [(1e-3, 0.5), (1e-5, 0.5), (1e-5, 5.0), (1e-4, 50.0)] {
+        for way in ["joint", "cartesian"] {
+            let report = run(&axis_with_a_stop(lead, far), &[&format!("simulation.formulation={way:?}")]);
+            let after = *column(&report, "v").last().expect("a sample");
+            assert!((after + 150.0 * lead).abs() < 1e-6 * lead, "{lead} {far} {way}: {after}");
+        }
+    }
+}

@@ -41,6 +41,9 @@ use smallest::{block, smallest};
 
 /// Rank tolerance for the rows that always hold, and for Delassus' matrix.
 const RANK_TOLERANCE: f64 = 1e-9;
+/// Share of a row's gradient, squared, that other rows leave free, below which they determine how it moves. What an axis with a fine screw, or a
+/// short lever, moves by is small beside the size of a scene.
+const DETERMINED: f64 = 1e-12;
 /// Share of the accelerations in a scene below which a contact's is none.
 const NO_ACCELERATION: f64 = 1e-9;
 /// Share of the largest acceleration in a scene below which all are round-off.
@@ -344,14 +347,18 @@ impl Contacts {
         let driven = self.driven(&answers);
         let responses: Vec<Vec<f64>> = answers.into_iter().map(|(velocities, _)| velocities).collect();
         let sizes: Vec<f64> = jacobian.iter().map(|entries| self.size(entries)).collect();
-        let delassus = coupled(&jacobian, &responses, |k| self.alone(&jacobian[k]));
+        let delassus = coupled(jacobian.len(), |i, j| dot(&jacobian[i], &responses[j]), |k| self.alone(&jacobian[k]));
         let rates = DVector::from_fn(rows.len(), |i, _| dot(&jacobian[i], velocities) + times[i]);
-        // The same of bodies that all have one mass.
+        // The same of bodies that all have one mass, as products of what moves: round-off of what others determine is a square there.
         let unit = |(row, column): &(usize, usize)| if row == column { self.unit(*column).powi(-2) } else { 0.0 };
         solver.set_mass(&self.structure.mass.iter().map(unit).collect::<Vec<_>>())?;
         solver.refactor(&values)?;
         let (of_geometry, taken): (Vec<_>, Vec<_>) = self.responses(&mut solver, &jacobian, false)?.into_iter().unzip();
-        let geometry = coupled(&jacobian, &of_geometry, |k| sizes[k].powi(2));
+        let product = |i: usize, j: usize| {
+            let pairs = of_geometry[i].iter().zip(&of_geometry[j]).enumerate();
+            pairs.map(|(column, (a, b))| a * b / self.unit(column).powi(2)).sum()
+        };
+        let geometry = coupled(jacobian.len(), product, |k| sizes[k].powi(2));
         let always = self.always.iter().map(|row| (*row, self.row(*row)));
         let bearing = Bearing::new(always, |entries| self.size(entries), taken);
         grips.iter_mut().for_each(|grip: &mut Grip| grip.look(&geometry, &sizes));
@@ -386,12 +393,12 @@ fn dot(entries: &[(usize, f64)], v: &[f64]) -> f64 {
     entries.iter().map(|(column, slope)| slope * v[*column]).sum()
 }
 
-/// Delassus' matrix of some rows, without round-off between those that rows that always hold keep apart; `alone`: what its diagonal would
+/// Delassus' matrix of so many rows, without round-off between those that rows that always hold keep apart; `alone`: what its diagonal would
 /// be without these.
-fn coupled(jacobian: &[Vec<(usize, f64)>], responses: &[Vec<f64>], alone: impl Fn(usize) -> f64) -> DMatrix<f64> {
-    let alone: Vec<f64> = (0..jacobian.len()).map(|k| alone(k).sqrt()).collect();
-    DMatrix::from_fn(jacobian.len(), jacobian.len(), |i, j| {
-        let entry = dot(&jacobian[i], &responses[j]);
+fn coupled(count: usize, entry: impl Fn(usize, usize) -> f64, alone: impl Fn(usize) -> f64) -> DMatrix<f64> {
+    let alone: Vec<f64> = (0..count).map(|k| alone(k).sqrt()).collect();
+    DMatrix::from_fn(count, count, |i, j| {
+        let entry = entry(i, j);
         if i != j && entry.abs() <= APART * alone[i] * alone[j] { 0.0 } else { entry }
     })
 }
@@ -505,7 +512,7 @@ impl Meeting {
     }
 
     fn row_gives_way(&self, row: usize) -> bool {
-        self.geometry[(row, row)] > RANK_TOLERANCE * self.sizes[row].powi(2)
+        self.geometry[(row, row)] > DETERMINED * self.sizes[row].powi(2)
     }
 
     /// A rough contact that would be pressed if it could slide, and that would have to pull in order not to (or hardly pushes, and is about

@@ -14,7 +14,7 @@ use nalgebra::{DMatrix, DVector};
 use super::decision::{Choice, Decision};
 use super::shares::{Balance, Holding};
 use super::smallest::block;
-use super::{Meeting, RANK_TOLERANCE, Shares};
+use super::{DETERMINED, Meeting, RANK_TOLERANCE, Shares};
 
 /// Iterations for the direction of sliding in a plane, and how well it is known then.
 const MOST_TURNS: usize = 2000;
@@ -98,8 +98,8 @@ pub(super) fn way(rows: &[usize], geometry: &DMatrix<f64>, sizes: &[f64]) -> (bo
     let [xx, yy] = pair(rows, |row| geometry[(row, row)]);
     let xy = if let [x, y] = rows[..] { geometry[(x, y)] } else { 0.0 };
     let (mean, half) = (0.5 * (xx + yy), (0.5 * (xx - yy)).hypot(xy));
-    let fixed = mean + half <= RANK_TOLERANCE * most;
-    let only = (rows.len() == 2 && !fixed && mean - half <= RANK_TOLERANCE * most).then(|| {
+    let fixed = mean + half <= DETERMINED * most;
+    let only = (rows.len() == 2 && !fixed && mean - half <= DETERMINED * most).then(|| {
         let angle = 0.5 * xy.atan2(0.5 * (xx - yy));
         [angle.cos(), angle.sin()]
     });

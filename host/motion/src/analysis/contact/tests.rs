@@ -520,7 +520,7 @@ fn round_off_couples_no_feet() {
     let jacobian = [vec![(0, 1.0), (2, -1.0)], vec![(1, 1.0), (2, -1.0)]];
     let coupling = |given: f64| {
         let responses = [vec![0.5, 0.0, -given], vec![0.0, 0.25, -given]];
-        super::coupled(&jacobian, &responses, |_| 1.0)
+        super::coupled(2, |i, j| super::dot(&jacobian[i], &responses[j]), |_| 1.0)
     };
     for (given, count) in [(1e-17, 2), (1e-9, 1)] {
         let matrix = coupling(given);
