@@ -325,7 +325,10 @@ pub fn balance(
     let mut run = session.prepare()?.start()?;
     for (k, angle) in wished.iter().enumerate() {
         progress(0.5 + 0.5 * k as f64 / count as f64);
-        let after = seen.iter().position(|one| sign * (one[1] - angle) >= 0.0).unwrap_or(seen.len() - 1).max(1);
+        // It may have been there before, if it has turned back since.
+        let later = seen.iter().enumerate().skip(first + 1);
+        let after = later.filter(|(_, one)| sign * (one[1] - angle) >= 0.0).map(|(at, _)| at).next();
+        let after = after.unwrap_or(seen.len() - 1);
         run.advance(time_of(*angle, [seen[after - 1], seen[after]]) / unit)?;
         let instant = run.instant()?;
         let inputs = &instant.inputs;

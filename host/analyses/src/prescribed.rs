@@ -17,7 +17,9 @@ use crate::analysis::{Evaluator, start_inputs};
 use crate::diagnostics::{Diagnostic, codes, help_for};
 use crate::linear::refuse;
 use crate::model::{Level, Model, Quantity};
-use crate::scene::{Dimension, column_of_times, name_and_unit, number_and_unit, parse_unit, with_commas};
+use crate::scene::{
+    Dimension, column_of_times, counts_cycles, name_and_unit, number_and_unit, parse_unit, with_commas,
+};
 use crate::session::{Session, SessionError};
 
 /// A quantity with its unit.
@@ -96,6 +98,7 @@ pub fn amount(text: &str, dimension: Dimension, factor: f64) -> Option<f64> {
     let (value, unit) = number_and_unit(text)?;
     let factor = match unit {
         "" => factor,
+        unit if dimension.angle != 0 && counts_cycles(unit) => return None,
         unit => parse_unit(unit).ok().filter(|(found, _)| found.compatible(dimension))?.1,
     };
     Some(value * factor).filter(|value| value.is_finite())
@@ -186,6 +189,12 @@ impl Motion {
             let Some(unit) = &cells[k].2 else { return Ok(own) };
             let (found, factor) =
                 parse_unit(unit).map_err(|error| wrong(format!("`{}`: {}", &header[k], error.message)))?;
+            if dimension.angle != 0 && counts_cycles(unit) {
+                let head = &header[k];
+                return Err(wrong(format!(
+                    "`{head}` counts cycles, and {dimension} was expected: give it in turns (`turn/s`)"
+                )));
+            }
             if found.compatible(dimension) {
                 return Ok(factor);
             }
@@ -373,6 +382,13 @@ mod tests {
     use super::*;
 
     /// A cubic is its own spline, ends included; a spline is twice continuously differentiable.
+    #[test]
+    fn cycles_are_no_radians() {
+        let rate = |text: &str| amount(text, Dimension::ANGULAR_VELOCITY, 2.0);
+        assert_eq!((rate("1.5"), rate("3 rad/s"), rate("1 Hz")), (Some(3.0), Some(3.0), None));
+        assert_eq!(amount("2 Hz", Dimension::DIMENSIONLESS.over(Dimension::TIME).expect("a rate"), 1.0), Some(2.0));
+    }
+
     #[test]
     fn splines_are_exact_for_cubics_and_smooth_for_others() {
         let x = [0.0, 0.3, 0.7, 1.0, 1.6, 2.0];

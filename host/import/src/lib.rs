@@ -245,8 +245,9 @@ fn place_within_limits(joint: &mut Joint, wanted: Option<f64>) -> Option<String>
 
 /// Joints that follow others begin where these put them, unless they are given themselves.
 fn follow(mechanism: &mut Mechanism, options: &Options) {
-    let couplings = mechanism.couplings.clone();
-    for coupling in couplings.iter().filter(|coupling| coupling.active) {
+    let active: Vec<Coupling> = mechanism.couplings.iter().filter(|coupling| coupling.active).cloned().collect();
+    // One that follows may be followed, and stand behind those that do.
+    for coupling in active.iter().flat_map(|_| &active) {
         let Some(first) = mechanism.joints().find(|joint| joint.name == coupling.first) else { continue };
         let (value, speed) = (coupling.ratio * first.value + coupling.offset, coupling.ratio * first.speed);
         let Some(second) = mechanism.joints_mut().find(|joint| joint.name == coupling.second) else { continue };

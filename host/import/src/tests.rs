@@ -193,6 +193,34 @@ fn a_joint_that_follows_itself_is_not_coupled() {
     assert!(imported.left_out.iter().any(|what| what.contains("`elbow` follows itself")), "{:?}", imported.left_out);
 }
 
+/// One that follows another that follows stands where both put it, in whichever order they are in the file.
+#[test]
+fn what_follows_may_be_followed() {
+    let joint = |name: &str, child: &str, mimic: &str| {
+        let ends = format!("<parent link=\"base\"/><child link=\"{child}\"/><axis xyz=\"0 1 0\"/>");
+        format!("<joint name=\"{name}\" type=\"continuous\">{ends}{mimic}</joint>")
+    };
+    let link = |name: &str| {
+        let inertia = "<inertia ixx=\"1\" iyy=\"1\" izz=\"1\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/>";
+        format!("<link name=\"{name}\"><inertial><mass value=\"1\"/>{inertia}</inertial></link>")
+    };
+    let last = joint("jc", "c", "<mimic joint=\"jb\" multiplier=\"-2\" offset=\"0.1\"/>");
+    let middle = joint("jb", "b", "<mimic joint=\"ja\" multiplier=\"1.5\" offset=\"-0.05\"/>");
+    let first = joint("ja", "a", "");
+    let links: String = ["base", "a", "b", "c"].map(link).concat();
+    let options = Options { pose: std::collections::BTreeMap::from([("ja".to_owned(), 0.3)]), ..Options::default() };
+    let scene = |joints: [&str; 3]| {
+        let text = format!("<robot name=\"r\">{links}{}</robot>", joints.concat());
+        from_text(&text, Path::new(""), Path::new(""), &options).unwrap().scene
+    };
+    let lines = |scene: String| {
+        let mut found: Vec<String> = scene.lines().map(str::to_owned).collect();
+        found.sort();
+        found
+    };
+    assert_eq!(lines(scene([&first, &middle, &last])), lines(scene([&last, &middle, &first])));
+}
+
 /// What is no number is answered with what it probably is.
 #[test]
 fn numbers_that_are_none_have_a_remedy() {

@@ -57,7 +57,11 @@ fn in_unit(raw: &RawValue, value: Option<&RawValue>, record: &Record<'_>, reader
         None => 0.0,
         Some((_, RawKind::Number(number))) => factor * number,
         Some((_, RawKind::Integer(number))) => factor * *number as f64,
-        Some((value, _)) => reader.quantity(value, dimension)?,
+        // Also a text that has no unit in it is a plain number.
+        Some((value, _)) => match reader.scope.any_quantity(value) {
+            Ok(plain) if plain.dimension == Dimension::DIMENSIONLESS => factor * plain.si,
+            _ => reader.quantity(value, dimension)?,
+        },
     };
     Some(Given { value, dimension, unit, factor })
 }

@@ -107,7 +107,7 @@ pub use record::{
 pub use release::{ReleaseRecord, ReleaseWhen};
 pub use shapes::{ShapeKind, ShapeRecord};
 pub use unit_system::UnitSystem;
-pub use units::{UnitError, name_and_unit, number_and_unit, parse_unit};
+pub use units::{UnitError, counts_cycles, name_and_unit, number_and_unit, parse_unit};
 
 use odyn_diagnostics::{Diagnostic, Source, codes, suggest};
 use reader::{NamesTaken, Reader, Record, Scope};

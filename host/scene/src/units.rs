@@ -52,6 +52,12 @@ pub fn parse_unit(text: &str) -> Result<(Dimension, f64), UnitError> {
     Err(UnitError::syntax(start..text.len(), "this doesn't belong to a unit"))
 }
 
+/// Whether a unit counts cycles (`Hz`), which are not radians: none of an angular velocity.
+#[must_use]
+pub fn counts_cycles(text: &str) -> bool {
+    read_unit(text, 0, Context::Alone).is_ok_and(|unit| unit.cycles)
+}
+
 /// Why a text is not a unit.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct UnitError {

@@ -103,7 +103,9 @@ impl Table {
     fn read_any(path: &Path, most: usize, longest: u64, wanted: &dyn Fn(&str) -> bool) -> Result<Self, ResultsError> {
         let open = || {
             let mut file = File::open(path)?;
-            let told = if path.with_file_name(SUMMARY_FILE).exists() { whole_lines(&mut file)? } else { u64::MAX };
+            let of_run = path.file_name().is_some_and(|name| name == RESULTS_FILE);
+            let is_told = of_run && path.with_file_name(SUMMARY_FILE).exists();
+            let told = if is_told { whole_lines(&mut file)? } else { u64::MAX };
             Ok(file.take(longest.min(told)))
         };
         let unreadable = |cause| ResultsError::Read { path: path.to_path_buf(), cause };

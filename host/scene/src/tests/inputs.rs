@@ -20,6 +20,9 @@ fn an_input_has_a_value_and_the_unit_of_those_to_come() {
         ("unit = \"N\"\nvalue = 4", 4.0, force, "N", 1.0),
         ("unit = \"MN\"\nvalue = 0.5", 5e5, force, "MN", 1e6),
         ("unit = \"N\"\nvalue = \"gust / 3\"", 1e3, force, "N", 1.0),
+        // A text without a unit is the number that it says.
+        ("unit = \"MN\"\nvalue = \"0.5\"", 5e5, force, "MN", 1e6),
+        ("unit = \"N\"\nvalue = \"2 * 2\"", 4.0, force, "N", 1.0),
     ] {
         let scene = accept(&text(keys));
         let [input] = scene.inputs.as_slice() else { panic!("{keys}: {:?}", scene.inputs) };

@@ -82,7 +82,7 @@ impl Head {
             (self.results != now.results, "only one of the two keeps the results of its runs (`--results`)".into()),
             (self.series != now.series, "it keeps other series, or at other samples".into()),
             (self.scene != now.scene, "the scene file is not what it was".into()),
-            (self.fingerprint != now.fingerprint, "a library is not what it was".into()),
+            (self.fingerprint != now.fingerprint, "a library, or a data file of the scene, is not what it was".into()),
         ];
         differs.into_iter().find_map(|(differs, words)| differs.then_some(words))
     }
