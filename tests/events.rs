@@ -3,7 +3,7 @@
 use odyn::results::{Remedy, Status, Summary};
 use odyn::session::{RunReport, Session};
 
-use crate::support::{Scratch, column, open_text, options, root};
+use crate::support::{Scratch, column, difference, leg, open_text, options, root};
 
 #[track_caller]
 fn run(scene: &str, sets: &[&str]) -> RunReport {
@@ -306,5 +306,37 @@ fn what_rests_on_a_limit_leaves_it_by_every_method() {
         assert_eq!(report.summary.status, Status::Completed, "{method}: {}", report.summary.reason);
         let level = column(&report, "level")[20];
         assert!((level - 1.038 - fallen).abs() < 1e-9, "{method}: {level}");
+    }
+}
+
+/// What an island has of where another run ended is all of it: elements that sample have done so there.
+#[test]
+fn islands_apart_continue_as_the_whole_does() {
+    let mass = |name: &str| {
+        format!(
+            "[[body]]\nname = \"{name}\"\nmass = 1\ninertia = [1, 1, 1]\n\
+             [[joint]]\nname = \"rail_{name}\"\ntype = \"translational\"\nbodies = [\"ground\", \"{name}\"]\npoint = [0, 0, 0]\naxis = [1, 0, 0]\n\
+             [[control]]\nname = \"pid_{name}\"\ntype = \"digital-pid\"\ninputs = {{ set_point = 1, measured = {{ signal = \"x_{name}\", gain = \"1 1/m\" }} }}\n\
+             params = {{ period = 0.1, kp = 3, ki = 2, kd = 1 }}\n\
+             [[force]]\nname = \"push_{name}\"\ntype = \"vector-force\"\nbodies = [\"ground\", \"{name}\"]\n\
+             inputs.x = {{ signal = \"pid_{name}.output\", gain = \"1 N\" }}\n\
+             [[output]]\nname = \"x_{name}\"\nquantity = \"position\"\nof = \"{name}\"\ncomponent = \"x\"\n"
+        )
+    };
+    let scratch = Scratch::new();
+    let text = format!(
+        "[plugins]\nlibraries = [\"odyn-joints\", \"odyn-forces\", \"odyn-controls\"]\n[simulation]\nt_end = 1\noutput_step = 0.05\n{}{}",
+        mass("a"),
+        mass("b")
+    );
+    scratch.file("scene.toml", &text);
+    let whole = leg(&scratch, "simulation.t_end = 1", "whole", None);
+    leg(&scratch, "simulation.t_end = 0.5", "first", None);
+    for islands in ["together", "apart"] {
+        let rest = leg(&scratch, &format!("simulation.islands = \"{islands}\""), "rest", Some("first"));
+        for name in ["x_a", "x_b"] {
+            let off = difference(column(&rest, name), &column(&whole, name)[10..]);
+            assert!(off < 1e-9, "{islands}: `{name}` differs by {off:.1e}");
+        }
     }
 }

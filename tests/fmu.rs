@@ -294,6 +294,18 @@ fn the_state_of_an_fmu_is_saved_and_restored() {
     let legs = legs.run(Some(&results), Box::new(|_| ()), &Default::default()).unwrap();
     assert!(difference(column(&legs, "x"), column(&whole, "x")) < 1e-8);
     assert_eq!(legs.summary.checkpoints, 3);
+    // On from the end of another run, also where islands run apart.
+    let beside = text.clone() + "[[body]]\nname = \"stone\"\nmass = 1\ninertia = [1, 1, 1]\n";
+    let first = open(&folder, &beside, &["simulation.t_end=0.333"]).unwrap();
+    first.run(Some(&results), Box::new(|_| ()), &Default::default()).unwrap();
+    for islands in ["together", "apart"] {
+        let mut rest = open(&folder, &beside, &[&format!("simulation.islands=\"{islands}\"")]).unwrap();
+        rest.go_on_from(odyn::session::Restart::read(&results).unwrap()).unwrap();
+        let rest = rest.run(None, Box::new(|_| ()), &Default::default()).unwrap();
+        let last = |report: &RunReport| *column(report, "x").last().unwrap();
+        let off = (last(&rest) - last(&whole)).abs();
+        assert!(off < 1e-8, "{islands}: {off:.1e}");
+    }
 
     assert!(make(&folder, Version::Three, &|text| text.replace("canSerializeFMUState=\"true\"", "")));
     let error = started(&text).save().map(|_| ()).unwrap_err().to_string();

@@ -5,6 +5,7 @@ use std::time::Instant;
 
 use super::error::SessionError;
 use super::opened::Session;
+use super::restart::Restart;
 use crate::analysis::Assembly;
 use crate::plan::{Island, Layout};
 use crate::scene::Scene;
@@ -64,10 +65,19 @@ impl Session {
         let start = Some((self.begins.time, self.share_of(island)));
         let mut own = Self::of_scene(scene, Vec::new(), &self.catalog, &self.options, start, Instant::now())?;
         if let Some(state) = &self.begins.state {
-            own.load_memories(&state.memories)?;
-            own.begin_released(&state.released)?;
+            own.stand_at(own.share_of_state(state))?;
         }
         Ok(own)
+    }
+
+    /// What this island, which begins with its share of the whole, has of the state that the whole continues from.
+    fn share_of_state(&self, whole: &Restart) -> Restart {
+        let own: HashSet<&str> = self.model.elements.iter().map(|element| element.name.as_str()).collect();
+        let Assembly { working, references, discrete, .. } = &self.assembly;
+        let mut share = Restart::new(&self.model, whole.time, working.clone(), references, discrete);
+        share.released = whole.released.iter().filter(|name| own.contains(name.as_str())).cloned().collect();
+        share.memories = whole.memories.iter().filter(|(name, _)| own.contains(name.as_str())).cloned().collect();
+        share
     }
 
     /// What an island has of the assembled scene.
