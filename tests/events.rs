@@ -194,22 +194,27 @@ fn elements_sample_at_their_times_by_every_method() {
         assert_eq!(report.summary.status, Status::Completed, "{method}: {}", report.summary.reason);
         assert!(worst(&report.summary) < 1.0, "{method}: {:?}", report.summary.checks);
     }
-    let steps = ["simulation.method=rk4", "simulation.fixed_step=0.01"];
-    assert!(worst(&run("digital-pid", &steps).summary) < 1.0);
-    // Legs end between samples and at them.
-    for every in [0.15, 0.3, 0.5] {
-        let report = run("digital-pid", &[&format!("simulation.checkpoint_every={every}")]);
-        assert!(worst(&report.summary) < 1.0, "{every}: {:?}", report.summary.checks);
+    // Steps of a fixed size end there, whether they fit or not.
+    for (step, end) in [(0.01, 1.5), (0.03, 1.5), (0.05, 1.52), (0.3, 1.5), (0.0333333, 1.5)] {
+        let [step, end] = [format!("simulation.fixed_step={step}"), format!("simulation.t_end={end}")];
+        let summary = run("digital-pid", &["simulation.method=rk4", &step, &end]).summary;
+        assert!(worst(&summary) < 1.0, "{step} up to {end}: {:?}", summary.checks);
     }
+    // Legs end between samples and at them.
     let path = root().join("scenes/verification/digital-pid.toml");
+    for (every, steps) in
+        [(0.15, &[][..]), (0.3, &[]), (0.5, &[]), (0.33, &["simulation.method=rk4", "simulation.fixed_step=0.05"])]
+    {
+        let (folder, every) = (Scratch::new(), format!("simulation.checkpoint_every={every}"));
+        let sets: Vec<&str> = steps.iter().copied().chain([every.as_str()]).collect();
+        let session = Session::open(&path, &options(&sets, &[])).unwrap();
+        let report = session.run(Some(folder.path()), Box::new(|_| ()), &Default::default()).unwrap();
+        assert!(worst(&report.summary) < 1.0, "{sets:?}: {:?}", report.summary.checks);
+        assert!(report.summary.checkpoints > 1);
+    }
     let planned = Session::open(&path, &options(&[], &[])).unwrap().plan_report();
     assert_eq!(planned.sampled, ["p", "delayed", "pi", "limited"].map(|name| format!("{name} (every 0.1 s)")));
     assert!(planned.to_string().contains("limited (every 0.1 s); steps end at the samples"));
-    let steps = options(&["simulation.method=rk4", "simulation.fixed_step=0.03"], &[]);
-    let refused =
-        Session::open(&path, &steps).and_then(|session| session.run(None, Box::new(|_| ()), &Default::default()));
-    let words = refused.map(|_| ()).unwrap_err().to_string();
-    assert!(words.contains("samples every 0.1 s, which is no whole number of steps of 0.03 s"), "{words}");
 }
 
 /// A controller that passes on what it samples of a function of time.
@@ -270,9 +275,9 @@ fn a_table_that_ends_with_the_run_does_not_stop_it_early() {
 
 #[test]
 fn elements_sample_once_at_each_time_however_a_run_is_taken() {
-    let ends = |pieces: &[f64]| {
+    let ends = |pieces: &[f64], sets: &[&str]| {
         let path = root().join("scenes/verification/digital-pid.toml");
-        let session = Session::open(&path, &options(&[], &[])).unwrap();
+        let session = Session::open(&path, &options(sets, &[])).unwrap();
         let mut run = session.prepare().unwrap().start().unwrap();
         let saved = run.save().unwrap();
         // What happened before is forgotten.
@@ -284,8 +289,11 @@ fn elements_sample_once_at_each_time_however_a_run_is_taken() {
         let report = run.finish().unwrap();
         assert!(worst(&report.summary) < 1.0, "{pieces:?}: {:?}", report.summary.checks);
     };
-    ends(&[1.5]);
-    ends(&[0.3, 0.45, 0.7, 1.5]);
+    for sets in [&[][..], &["simulation.method=rk4", "simulation.fixed_step=0.05"]] {
+        ends(&[1.5], sets);
+        ends(&[0.3, 0.45, 0.7, 1.5], sets);
+        ends(&[0.07, 0.33, 0.99999, 1.5], sets);
+    }
 }
 
 /// An integral that begins at its limit, and leaves it when the signal turns.

@@ -371,7 +371,7 @@ table! {
     FAR_FROM_TIME_ZERO = "ODY0861", Assembly, "far from t = 0",
         "Numbers have 16 digits. A run of 3 s that begins at t = 1e9 s has times that are 1e-7 s apart: events and samples are no better known, and smaller steps are not possible. Let times count from the start of the run, `t - 1e9` in functions of time, or raise the tolerance.";
     OTHER_STEP = "ODY0862", Integration, "steps shorter than the fixed one",
-        "Steps of a fixed size are equal and end with the run, and at each checkpoint: where `fixed_step` is no whole part of that time, one step more is taken, and all are shorter. Give a step that fits if the size itself matters, as for comparisons with other programs.";
+        "Steps of a fixed size are equal and end with the run, at each checkpoint, and wherever an element samples: where `fixed_step` is no whole part of that time, one step more is taken, and all up to there are shorter. Give a step that fits if the size itself matters, as for comparisons with other programs.";
     OTHER_UNIT = "ODY0870", Scene, "number that looks like one of another unit",
         "Plain numbers are in the units of the scene, those of `[units]`, or SI with angles in rad. `angle = 30` is 30 rad then, nearly five turns, and `gravity = [0, 0, -9.81]` with `length = \"mm\"` is 9.81 mm/s^2, a thousandth of that on earth. The number is used as it is written. Write the unit beside it, `\"30 deg\"`, `\"-9.81 m/s^2\"`, or name it in `[units]`.";
     KEY_WITHOUT_EFFECT = "ODY0871", Scene, "key without effect",

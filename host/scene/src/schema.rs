@@ -230,7 +230,7 @@ pub(super) fn simulation_keys() -> Vec<Key> {
             "fixed_step",
             positive(Dimension::TIME),
             "Equal steps of this size, without error control; shorter ones where it is no whole part of the run, or of what is between two \
-             checkpoints.",
+             checkpoints or two samples of elements.",
         ),
         ("first_step", positive(Dimension::TIME), "First step."),
         ("max_steps", whole(1), "Number of steps after which to give up."),

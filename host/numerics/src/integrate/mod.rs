@@ -170,7 +170,7 @@ pub struct Options {
     /// Steps of these that were tried before this interval, where it continues from another.
     pub steps_before: usize,
     /// Steps of this size without error control, made a little smaller so that a whole number
-    /// of them fills the interval. `first_step`, `max_step` and hints are not looked at.
+    /// of them fills the interval, and what is between two times of [`System::next_end`]. `first_step`, `max_step` and hints are not looked at.
     pub fixed_step: Option<f64>,
     /// Ends of steps to be taken whatever their error, ascending: those of another run, whose equations differ a little, so that
     /// the result is a smooth function of what differs. Those that are not ahead are passed over; the last step ends at `t_end`.

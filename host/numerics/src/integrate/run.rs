@@ -371,20 +371,17 @@ impl<'a> Run<'a> {
         self.options.max_step.map_or(hint, |longest| longest.min(hint))
     }
 
-    /// Number of equal steps, at most of size `h`, that fill the interval.
-    pub fn fixed_steps(&self, h: f64) -> usize {
-        // A quotient that is a whole number but for round-off is that number.
-        let quotient = (self.span.t_end - self.span.t_start) / h;
-        (quotient * (1.0 - 4.0 * f64::EPSILON)).ceil() as usize
+    /// Where the equal steps from here end: at the end of the interval, or before where the system has it ([`System::next_end`]).
+    pub fn end_of_equal_steps(&self) -> f64 {
+        let (end, last) = (self.system.next_end(self.t), self.span.t_end);
+        if end < last - self.smallest_step() { end } else { last }
     }
 
-    /// End of step `k` (from 0) of `count` equal ones; free of accumulated round-off.
-    pub fn fixed_step_end(&self, k: usize, count: usize) -> f64 {
-        if k + 1 == count {
-            return self.span.t_end;
-        }
-        let share = (k + 1) as f64 / count as f64;
-        self.span.t_start + share * (self.span.t_end - self.span.t_start)
+    /// Number of equal steps, at most of size `h`, from here to a time.
+    pub fn equal_steps(&self, h: f64, end: f64) -> usize {
+        // A quotient that is a whole number but for round-off of the times is that number.
+        let round_off = 4.0 * f64::EPSILON * self.t.abs().max(end.abs());
+        ((end - self.t - round_off) / h).ceil().max(1.0) as usize
     }
 
     /// The shortest step to begin with: what asks for a shorter one is round-off of the state, and the error of the step decides.

@@ -181,6 +181,12 @@ pub trait System {
         Ok(())
     }
 
+    /// The next time behind `t` at which a step has to end, however long steps are: something happens there ([`System::accept`]).
+    /// Steps with error control hear of it by [`System::guards`]; those of a fixed size ask here.
+    fn next_end(&self, _t: f64) -> f64 {
+        f64::INFINITY
+    }
+
     /// Longest step that is sensible from here, > 0.
     fn max_step_hint(&self, _t: f64, _y: &[f64]) -> f64 {
         f64::INFINITY

@@ -70,6 +70,13 @@ impl Clocks {
         self.list.iter().map(|clock| clock.period)
     }
 
+    /// When the first of them samples next, behind a time, s.
+    pub(super) fn next_instant(&self, t: f64) -> f64 {
+        let instants = self.list.iter().map(|clock| (clock.count(t) + 1.0) * clock.period);
+        // Times so late that neighbouring multiples are the same number have none between them.
+        instants.filter(|instant| *instant > t).fold(f64::INFINITY, f64::min)
+    }
+
     /// Sets them to a time from which a run begins, where all of them are due; `carried`: they were sampled before.
     pub(super) fn set(&mut self, t: f64, carried: bool) {
         self.carried = carried;

@@ -255,7 +255,7 @@ impl Session {
         if counts && (taken - asked).abs() > SAME_STEP * asked {
             let time = |t: f64| format!("{} {}", significant(t / unit, 6), self.scene.units.label(Dimension::TIME));
             summary.warnings.push(format!(
-                "{}: {} of {} on average, not of {}: equal steps end with the run, and at each checkpoint",
+                "{}: {} of {} on average, not of {}: equal steps end with the run, at each checkpoint, and where elements sample",
                 codes::OTHER_STEP,
                 plural(summary.steps as usize, "step was taken,", "steps were taken,"),
                 time(taken),

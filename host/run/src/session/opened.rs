@@ -107,29 +107,6 @@ impl Session {
         SessionError::one(&self.scene.source, diagnostic.help(help))
     }
 
-    /// Steps of a fixed size end where elements sample only if their periods, and the start, are whole multiples of it.
-    ///
-    /// # Errors
-    /// Names an element whose samples would fall into steps.
-    pub(super) fn samples_fit(&self, step: f64) -> Result<(), SessionError> {
-        let fits = |time: f64| (time / step - (time / step).round()).abs() <= 1e-6;
-        let start = self.begins.time;
-        for element in &self.model.elements {
-            let Some(period) = element.recording.sample_period() else { continue };
-            if fits(period) && fits(start) && period >= 0.5 * step {
-                continue;
-            }
-            let message =
-                format!("`{}` samples every {period} s, which is no whole number of steps of {step} s", element.name);
-            let help = "choose a `fixed_step` that divides the period (and the start), or a method that chooses its steps: auto";
-            return Err(SessionError::one(
-                &self.scene.source,
-                Diagnostic::error(codes::UNKNOWN_METHOD, message).help(help),
-            ));
-        }
-        Ok(())
-    }
-
     pub(super) fn no_machine_code(&self, error: &crate::program::MachineError) -> SessionError {
         let mut diagnostic = Diagnostic::error(codes::UNKNOWN_METHOD, format!("no engine `compiled`: {error}"));
         if let Some(written) = &self.scene.simulation.engine {

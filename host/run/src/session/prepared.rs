@@ -68,9 +68,6 @@ impl Session {
         if method.needs_fixed_step() && fixed_step.is_none() {
             return Err(self.no_step(method.name()));
         }
-        if let Some(step) = fixed_step {
-            self.samples_fit(step)?;
-        }
         self.contacts_fit(fixed_step.is_some())?;
         let engine = self.engine().to_string();
         let offer_jacobian = method.may_use_jacobian();
@@ -175,6 +172,9 @@ impl Prepared {
         }
         if fixed_step.is_none() {
             system.may_creep();
+        }
+        // Steps of a fixed size ask for the next instant; of motions that are determined it is a largest one.
+        if fixed_step.is_none() || session.determined {
             watching.periods = (system.clocks().periods().collect(), t_end);
         }
         let state = system.start(t_start, &session.assembly).map_err(|e| session.cannot_start(e, t_start))?;

@@ -284,6 +284,10 @@ impl System for Simulation<'_> {
         Ok(())
     }
 
+    fn next_end(&self, t: f64) -> f64 {
+        self.clocks.next_instant(t)
+    }
+
     fn max_step_hint(&self, _: f64, y: &[f64]) -> f64 {
         if self.counted.is_empty() {
             return f64::INFINITY;

@@ -40,8 +40,8 @@ fn a_fixed_step_that_does_not_fill_the_run_is_told() {
     assert_eq!(
         told(0.004, "t_start = 0.002"),
         [
-            "ODY0862: 2250 steps were taken, of 0.00399911 s on average, not of 0.004 s: equal steps end with the run, and at each \
-          checkpoint"
+            "ODY0862: 2250 steps were taken, of 0.00399911 s on average, not of 0.004 s: equal steps end with the run, at each \
+          checkpoint, and where elements sample"
         ]
     );
     // 9 / 0.01 is 900 but for round-off.
