@@ -224,14 +224,63 @@ fn what_is_on_is_kept() {
     let legs = go("simulation.checkpoint_every = 0.7", "legs", None);
     assert_eq!(legs.events.len(), whole.events.len());
     assert!(difference(column(&legs, "T"), column(&whole, "T")) < 1e-9);
-    // An end at the very instant, and on from there.
+    // An end at the very instant, and on from there; beside another island, too.
     let at = format!("simulation.t_end = {:?}", 2.0 * (30.0_f64 / 9.0).ln());
-    go(&at, "third", None);
-    let rest = go("simulation.t_end = 10", "fourth", Some("third"));
-    let behind = whole.events.len() - rest.events.len();
-    assert!(behind < 2);
-    for (a, b) in rest.events.iter().zip(&whole.events[behind..]) {
-        assert!((a.time - b.time).abs() < 1e-11, "{a:?} {b:?}");
+    for (more, islands) in [("", "together"), ("far", "together"), ("far", "apart")] {
+        scratch.file(
+            "scene.toml",
+            &(text.clone() + &if more.is_empty() { String::new() } else { body(more, 1.0, 1.0, [0.0; 3]) }),
+        );
+        go(&at, "third", None);
+        let rest = go(&format!("simulation.islands = \"{islands}\""), "fourth", Some("third"));
+        let behind = whole.events.len() - rest.events.len();
+        assert!(behind < 2);
+        for (a, b) in rest.events.iter().zip(&whole.events[behind..]) {
+            assert!((a.time - b.time).abs() < 1e-11, "{a:?} {b:?}");
+        }
+    }
+}
+
+/// Steps end before a jump of a function of time; where the run, or a leg of it, ends there, too, the relay switches there and not behind.
+#[test]
+fn a_jump_at_the_end_of_a_run_switches_there() {
+    for (from, at, to) in [(0.25, 1.25, 1.25), (0.0, 1.9, 2.0), (-0.4, 0.3, 1.0), (1e4, 10000.3, 10001.0)] {
+        let text = head(to)
+            .replace("t_end", &format!("t_start = {from:?}\nt_end"))
+            .replace("output_step = 0.01", "output_step = 0.1")
+            + &bystander()
+            + &source("s", &format!("{{ points = [[{from:?}, 0], [{at:?}, 1]], interpolation = \"steps\" }}"))
+            + &relay("one", "s.output", "lower = 0.4, upper = 0.6")
+            + &value("on", "one")
+            + "[[control]]\nname = \"sum\"\ntype = \"integral\"\ninputs = { input = \"one.output\" }\n"
+            + &value("sum", "sum");
+        let check = |report: &RunReport, what: &str| {
+            let events = switched(report, "one");
+            assert_eq!(events.len(), 1, "{what}");
+            assert!((events[0].time - at).abs() < 1e-9, "{what}: {events:?}");
+            let sum = *column(report, "sum").last().unwrap();
+            assert!((sum - (to - at)).abs() < 1e-8, "{what}: {sum}");
+        };
+        check(&run(&text, &[]), &format!("{at} of {from} to {to}"));
+        // Legs that end there.
+        let scratch = Scratch::new();
+        scratch.file("scene.toml", &text);
+        let every = (at - from) / 4.0;
+        check(
+            &leg(&scratch, &format!("simulation.checkpoint_every = {every:?}"), "legs", None),
+            &format!("legs of {every}"),
+        );
+        let mut stepped = open_text(&text, &[]).prepare().unwrap().start().unwrap();
+        for time in [at, at, to, to] {
+            stepped.advance(time).unwrap();
+        }
+        check(&stepped.finish().unwrap(), "advanced to it");
+        if at < to {
+            leg(&scratch, &format!("simulation.t_end = {at:?}"), "first", None);
+            let rest = leg(&scratch, &format!("simulation.t_end = {to:?}"), "rest", Some("first"));
+            let sum = *column(&rest, "sum").last().unwrap();
+            assert!((sum - (to - at)).abs() < 1e-8, "from there: {sum}");
+        }
     }
 }
 

@@ -36,7 +36,7 @@ impl Run<'_> {
     pub fn instant(&mut self) -> Result<Instant, SessionError> {
         if self.system.has_events() {
             // Which contacts are closed, and what has switched, is found when time advances.
-            let met = self.meet_contacts().map_err(|error| self.session.integration_error(&error))?;
+            let met = self.meet_contacts(self.time).map_err(|error| self.session.integration_error(&error))?;
             if let Some(status) = met {
                 self.outcome = Ok(status);
                 if let Some(error) = super::summary::stopped(&self.session, &self.outcome) {

@@ -239,10 +239,10 @@ impl Run<'_> {
         IntegrateError::System { t: self.time, cause: Box::new(error) }
     }
 
-    /// Lets contacts that touch strike, close and open, before the first step and where one ended for them. `None`: on with the
-    /// next step.
-    pub(super) fn meet_contacts(&mut self) -> Result<Option<Status>, IntegrateError> {
-        match self.try_to_meet() {
+    /// Lets contacts that touch strike, close and open, and memories jump, before the first step and where one ended for them; the run
+    /// goes up to a time, s. `None`: on with the next step.
+    pub(super) fn meet_contacts(&mut self, to: f64) -> Result<Option<Status>, IntegrateError> {
+        match self.try_to_meet(to) {
             Ok(()) => Ok(None),
             Err(Met::Analysis(cause @ AnalysisError::Element { .. })) => {
                 Err(IntegrateError::System { t: self.time, cause: Box::new(cause) })
@@ -256,10 +256,10 @@ impl Run<'_> {
         }
     }
 
-    fn try_to_meet(&mut self) -> Result<(), Met> {
+    fn try_to_meet(&mut self, to: f64) -> Result<(), Met> {
         let mut again = self.system.was_met_at(self.time);
         if self.system.let_jump(self.time, &mut self.state, true)? == Jumped::Stuck
-            && let Some((t, state)) = self.system.behind_jump(self.time, &self.state)?
+            && let Some((t, state)) = self.system.behind_jump(self.time, to, &self.state)?
         {
             self.pass_jump(t, state)?;
         }

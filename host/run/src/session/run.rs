@@ -250,7 +250,7 @@ impl<'a> Run<'a> {
         self.sample_before_contacts()?;
         loop {
             if self.system.has_events()
-                && let Some(ended) = self.meet_contacts()?
+                && let Some(ended) = self.meet_contacts(to)?
             {
                 return Ok(ended);
             }

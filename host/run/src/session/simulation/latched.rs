@@ -264,6 +264,7 @@ impl Simulation<'_> {
     /// What follows is to depend on time, state and memories alone.
     pub(in crate::session) fn look_at_memories_anew(&mut self) {
         self.latched.iter_mut().for_each(Latched::forget);
+        self.touch.iter_mut().for_each(Touch::forget_meeting);
     }
 
     /// The run continues another one.
@@ -416,27 +417,31 @@ impl Simulation<'_> {
         Err(self.flutters(&taken))
     }
 
-    /// Steps end here once more, and nothing is at its bound: what decides jumps itself, a moment later. Gives that time and the state
-    /// there.
+    /// Steps end here once more, and nothing is at its bound: what decides jumps itself, a moment later, and no later than `to`. Gives that
+    /// time and the state there.
     ///
     /// # Errors
     /// See [`AnalysisError`].
     pub(in crate::session) fn behind_jump(
         &mut self,
         t: f64,
+        to: f64,
         state: &[f64],
     ) -> Result<Option<(f64, Vec<f64>)>, AnalysisError> {
         let step = self.last_steps[0].max(self.last_steps[1]);
         let nearest = (JUMP * step + ROUNDINGS * f64::EPSILON * t.abs()).max(NEXT);
         for look in 0..LOOKS {
-            let ahead = nearest * 4.0_f64.powi(look);
-            let mut there = self.state_ahead(ahead, t, state)?;
-            self.formulation.project(t + ahead, &mut there)?;
-            let taken = self.taken(t + ahead, &there)?;
+            let time = (t + nearest * 4.0_f64.powi(look)).min(to);
+            let mut there = self.state_ahead(time - t, t, state)?;
+            self.formulation.project(time, &mut there)?;
+            let taken = self.taken(time, &there)?;
             for one in self.latched.iter_mut().flat_map(|latched| &mut latched.list) {
                 if one.is_beyond(&taken)? {
-                    return Ok(Some((t + ahead, there)));
+                    return Ok(Some((time, there)));
                 }
+            }
+            if time == to {
+                break;
             }
         }
         Ok(None)
