@@ -406,6 +406,37 @@ fn a_run_is_brought_back_with_its_contacts() {
     assert_eq!(of(&whole).to_bits(), of(&again).to_bits());
 }
 
+/// However often a run is looked at, or brought back, at one instant: nothing has happened there for that.
+#[test]
+fn a_run_may_be_brought_back_to_one_instant_over_and_over() {
+    let scratch = Scratch::new();
+    let relay =
+        "[[control]]\nname = \"on\"\ntype = \"relay\"\ninputs = { input = 1 }\nparams = { lower = 0, upper = 2 }\n";
+    let text = BLOCK.replace("libraries = [", "libraries = [\"odyn-controls\", ") + relay;
+    let path = scratch.file("scene.toml", &text);
+    let start = || Session::open(&path, &options(&[], &[])).unwrap().prepare().unwrap().start().unwrap();
+    let mut run = start();
+    run.advance(1.0).unwrap();
+    let saved = run.save().unwrap();
+    let mut once = start();
+    once.restore(&saved).unwrap();
+    let here = once.instant().unwrap();
+    for _ in 0..60 {
+        run.advance(1.0).unwrap();
+        assert_eq!(run.instant().unwrap(), here);
+    }
+    for _ in 0..60 {
+        run.restore(&saved).unwrap();
+        run.advance(1.0).unwrap();
+    }
+    run.advance(3.0).unwrap();
+    once.restore(&saved).unwrap();
+    once.advance(1.0).unwrap();
+    once.advance(3.0).unwrap();
+    let of = |run: &odyn::session::Run<'_>| run.samples().columns[0].last().unwrap().to_bits();
+    assert_eq!(of(&run), of(&once));
+}
+
 /// A ball on the floor, lifted by a force that jumps in time.
 const LIFTED: &str = r#"
 [plugins]

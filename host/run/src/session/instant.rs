@@ -36,6 +36,9 @@ impl Run<'_> {
     pub fn instant(&mut self) -> Result<Instant, SessionError> {
         if self.system.has_events() {
             // Which contacts are closed, and what has switched, is found when time advances.
+            if self.interrupted {
+                self.system.meet_anew();
+            }
             let met = self.meet_contacts(self.time).map_err(|error| self.session.integration_error(&error))?;
             if let Some(status) = met {
                 self.outcome = Ok(status);

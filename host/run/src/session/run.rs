@@ -243,7 +243,7 @@ impl<'a> Run<'a> {
         if self.interrupted {
             let begun = self.system.begin_anew(self.time, &self.state);
             begun.map_err(|error| self.system_error(error))?;
-            self.system.look_at_memories_anew();
+            self.system.meet_anew();
             self.system.measure_states_anew();
             self.options.first_step = self.system.carried().step.or(self.session.scene.simulation.first_step);
         }

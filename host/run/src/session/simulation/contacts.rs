@@ -186,6 +186,11 @@ impl Touch {
         self.met_at == t
     }
 
+    /// What is met next is not met once more.
+    pub(super) fn forget_meeting(&mut self) {
+        self.met_at = f64::NAN;
+    }
+
     /// Drops equations that are not in use.
     pub(super) fn forget_modes(&mut self) {
         self.past = self.counters();

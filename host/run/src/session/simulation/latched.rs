@@ -6,6 +6,7 @@
 
 use std::ops::Range;
 
+use super::contacts::Touch;
 use super::{Part, Simulation};
 use crate::analysis::{AnalysisError, Evaluator, Formulation};
 use crate::model::Model;
@@ -261,8 +262,8 @@ impl Latched {
 }
 
 impl Simulation<'_> {
-    /// What follows is to depend on time, state and memories alone.
-    pub(in crate::session) fn look_at_memories_anew(&mut self) {
+    /// What is met next is to depend on time, state and memories alone, not on how often it was looked at this instant before.
+    pub(in crate::session) fn meet_anew(&mut self) {
         self.latched.iter_mut().for_each(Latched::forget);
         self.touch.iter_mut().for_each(Touch::forget_meeting);
     }

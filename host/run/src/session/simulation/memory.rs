@@ -122,7 +122,7 @@ impl<'a> Simulation<'a> {
         self.contacts_were(&saved.carried.closed, &saved.carried.pressed, &saved.carried.creep);
         self.open_loads_were(&saved.carried.open_loads);
         self.forget_bounds();
-        self.look_at_memories_anew();
+        self.meet_anew();
         self.references.copy_from_slice(&saved.references);
         self.discrete.copy_from_slice(&saved.discrete);
         (self.watched, self.largest_kinetic) = (saved.watched, saved.largest_kinetic);
