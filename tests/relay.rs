@@ -284,6 +284,23 @@ fn a_jump_at_the_end_of_a_run_switches_there() {
     }
 }
 
+/// A chain without feedback comes to rest, however long it is.
+#[test]
+fn a_long_chain_of_relays_switches_at_once() {
+    let text = head(1.0)
+        + &bystander()
+        + &source("ramp", "\"t\"")
+        + &(0..120)
+            .map(|k| {
+                let input = if k == 0 { "ramp".to_string() } else { format!("r{}", k - 1) };
+                relay(&format!("r{k}"), &format!("{input}.output"), "lower = 0.3, upper = 0.5")
+            })
+            .collect::<String>();
+    let report = run(&text, &[]);
+    assert_eq!(report.events.len(), 120);
+    assert!(report.events.iter().all(|event| (event.time - 0.5).abs() < 1e-12));
+}
+
 #[test]
 fn islands_switch_by_themselves() {
     let other = |text: String| {

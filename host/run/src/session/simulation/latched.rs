@@ -26,7 +26,8 @@ const ROUNDINGS: f64 = 16.0;
 const LOOKS: i32 = 6;
 /// The least of it, s: what begins with everything at zero is as far beyond its bound as it will be.
 const NEXT: f64 = 1e-100;
-/// Rounds of changes at one instant, and changes without leaving a bound, before it is said that they have no end.
+/// Rounds of changes at one instant, beside one for each memory, and changes without leaving a bound, before it is said that they have no
+/// end.
 const MOST_ROUNDS: usize = 50;
 const MOST_BACK: u32 = 50;
 
@@ -386,7 +387,9 @@ impl Simulation<'_> {
         mut taken: Vec<f64>,
         anew: &[(usize, f64)],
     ) -> Result<(), AnalysisError> {
-        for round in 0..=MOST_ROUNDS {
+        // Each may wait for the one before it.
+        let most = MOST_ROUNDS + self.latched.as_ref().map_or(0, |latched| latched.list.len());
+        for round in 0..=most {
             let (mut changed, mut followed) = (false, Vec::new());
             for one in self.latched.iter_mut().flat_map(|latched| &mut latched.list) {
                 if round > 0 {
@@ -411,7 +414,7 @@ impl Simulation<'_> {
             if !changed {
                 return Ok(());
             }
-            if round < MOST_ROUNDS {
+            if round < most {
                 taken = self.taken(t, state)?;
             }
         }
