@@ -216,7 +216,9 @@ impl<'a> Run<'a> {
             let help = format!("the run is at {} {label}, the scene ends at {} {label}", number(now), number(end));
             return Err(self.refuse(Diagnostic::error(codes::OUT_OF_RANGE, message).help(help)));
         }
-        let to = self.sample_times.iter().copied().find(|time| near(*time, to)).unwrap_or(to);
+        let ahead = self.sample_times.partition_point(|time| *time < to);
+        let mut next = self.sample_times[ahead.saturating_sub(1)..].iter().copied().take(2);
+        let to = next.find(|time| near(*time, to)).unwrap_or(to);
         self.go_to(to.max(self.time));
         match stopped(&self.session, &self.outcome) {
             Some(error) => Err(error),
