@@ -10,7 +10,7 @@ use element_api::adapt::{control, force};
 use element_api::manifest::Library;
 use element_api::prelude::*;
 
-use crate::support::{Scratch, assert_same_motion, options, run_linked};
+use crate::support::{Scratch, assert_same_motion, open_text, options, run_linked};
 
 /// A pulley whose bearing is pulled across by 5 kN/s t and along by 2 kN/s t; `what` adds the bearing.
 fn pulley(what: &str) -> String {
@@ -77,6 +77,24 @@ fn checks_are_told_alike_in_all_formulations_and_change_nothing() {
         let load = values.iter().find(|value| value.name == "load").unwrap();
         assert!((load.largest - 1e4).abs() < 1e-6 && load.largest_at == 2.0 && load.smallest_at == 0.0, "{load:?}");
     }
+}
+
+/// What was seen of margins in what a run that is brought back has left is forgotten.
+#[test]
+fn margins_of_what_was_taken_back_are_none() {
+    let mut run =
+        open_text(&pulley(&bearing("use = \"6204\", static_safety = 1.5")), &[]).prepare().unwrap().start().unwrap();
+    run.advance(0.5).unwrap();
+    let saved = run.save().unwrap();
+    run.advance(2.0).unwrap();
+    run.restore(&saved).unwrap();
+    let report = run.finish().unwrap();
+    // 4.4 kN - 5 kN/s t, and nothing of what was beyond.
+    let check = check(&report, "static load");
+    assert!(check.holds && check.first.is_none() && check.at == 0.5, "{check:?}");
+    assert!((check.margin - 1900.0).abs() < 1e-6, "{check:?}");
+    let load = report.summary.elements[0].values.iter().find(|value| value.name == "load").unwrap();
+    assert!(load.largest_at == 0.5, "{load:?}");
 }
 
 #[test]

@@ -301,6 +301,28 @@ fn a_long_chain_of_relays_switches_at_once() {
     assert!(report.events.iter().all(|event| (event.time - 0.5).abs() < 1e-12));
 }
 
+/// What a run that is brought back has reported of what it left is forgotten.
+#[test]
+fn events_that_were_taken_back_are_none() {
+    let text = room(10.0);
+    let whole = run(&text, &[]);
+    let mut run = open_text(&text, &[]).prepare().unwrap().start().unwrap();
+    run.advance(3.0).unwrap();
+    let saved = run.save().unwrap();
+    run.advance(9.0).unwrap();
+    let late = run.save().unwrap();
+    run.restore(&saved).unwrap();
+    run.advance(10.0).unwrap();
+    assert_eq!(run.finish().unwrap().events.len(), whole.events.len());
+    // In another run, which did not see what was before.
+    let mut other = open_text(&text, &[]).prepare().unwrap().start().unwrap();
+    other.restore(&late).unwrap();
+    other.advance(10.0).unwrap();
+    let events = other.finish().unwrap().events;
+    let behind = whole.events.iter().filter(|event| event.time > 9.0).count();
+    assert!(behind > 0 && events.len() == behind, "{events:?}");
+}
+
 #[test]
 fn islands_switch_by_themselves() {
     let other = |text: String| {

@@ -363,8 +363,8 @@ impl<'a> Run<'a> {
         })
     }
 
-    /// Brings the run back to what was saved of it, or of another run of the same scene. Samples behind it are dropped; where
-    /// those before it were not taken by this run, its samples begin there. Counters of work continue.
+    /// Brings the run back to what was saved of it, or of another run of the same scene. Samples and events behind it are dropped; where
+    /// those before it were not taken by this run, its samples and events begin there. Counters of work continue.
     ///
     /// # Errors
     /// What was saved of another scene, or with other libraries; an opaque element that refuses its memory.
@@ -388,7 +388,7 @@ impl<'a> Run<'a> {
         self.system.set_now(saved.time);
         self.options.steps_before = saved.system.carried.steps_tried as usize;
         if let Rows::Kept(rows) = self.system.rows_taken_mut() {
-            rows.go_back(saved.system.samples);
+            rows.go_back(saved.system.samples, saved.system.events);
         }
         (self.outcome, self.outputs, self.interrupted) = (Ok(Status::Completed), None, true);
         Ok(())

@@ -24,8 +24,8 @@ pub(super) struct Samplings {
     pub(super) channels: Vec<ChannelInfo>,
     /// The column of times.
     time: ChannelInfo,
-    /// Number of the first row that was taken.
-    first: usize,
+    /// Numbers of the first row and the first event that were taken.
+    first: [usize; 2],
     /// Times of the rows, scene units.
     pub(super) taken: Vec<f64>,
     pub(super) columns: Vec<Vec<f64>>,
@@ -123,14 +123,21 @@ impl Samplings {
         if ended { Checkpoint::done(path) } else { Ok(()) }
     }
 
-    /// The row number `next` is the next one: drops those behind it, and all where those before it were never taken.
-    pub(super) fn go_back(&mut self, next: usize) {
-        let kept = next.checked_sub(self.first).filter(|kept| *kept <= self.taken.len());
-        if kept.is_none() {
-            self.first = next;
-        }
-        self.taken.truncate(kept.unwrap_or(0));
-        self.columns.iter_mut().for_each(|column| column.truncate(kept.unwrap_or(0)));
+    /// The row and the event of these numbers are the next ones: drops those behind them, and all where those before them were never taken.
+    pub(super) fn go_back(&mut self, row: usize, event: usize) {
+        let kept = |first: &mut usize, next: usize, taken: usize| {
+            let kept = next.checked_sub(*first).filter(|kept| *kept <= taken);
+            kept.unwrap_or_else(|| {
+                *first = next;
+                0
+            })
+        };
+        let [first_row, first_event] = &mut self.first;
+        let rows = kept(first_row, row, self.taken.len());
+        self.taken.truncate(rows);
+        self.columns.iter_mut().for_each(|column| column.truncate(rows));
+        let events = kept(first_event, event, self.events.list.len());
+        self.events.list.truncate(events);
     }
 
     /// Continues the files with what was `kept` of them.
@@ -199,7 +206,7 @@ impl Session {
             error: None,
             asked: None,
             folder: None,
-            first: 0,
+            first: [0; 2],
             time: time_column(&self.scene.units),
             times,
             channels,

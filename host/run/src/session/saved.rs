@@ -39,6 +39,9 @@ pub(super) struct SystemState {
     pub(super) largest_kinetic: f64,
     /// Samples so far.
     pub(super) samples: usize,
+    /// Events so far.
+    #[serde(default)]
+    pub(super) events: usize,
     /// Sizes of the last two steps, s.
     pub(super) last_steps: [f64; 2],
 }

@@ -195,6 +195,8 @@ pub(super) struct Simulation<'a> {
     /// Room for the inputs of the working form at a state.
     observed: Vec<f64>,
     samples: usize,
+    /// Events that were reported so far.
+    events: usize,
     /// How many there will be.
     samples_in_all: usize,
     rows_taken: Rows<'a>,
@@ -310,6 +312,7 @@ impl<'a> Simulation<'a> {
             picture,
             observed: Vec::with_capacity(layout.inputs()),
             samples: 0,
+            events: 0,
             samples_in_all: 0,
             rows_taken,
             row_right: vec![0.0; rows_in_force],

@@ -60,6 +60,7 @@ impl Simulation<'_> {
         for event in events {
             let sent = self.rows_taken.sink().event(event);
             sent.map_err(|error| AnalysisError::Told { message: error.to_string() })?;
+            self.events += 1;
         }
         Ok(())
     }

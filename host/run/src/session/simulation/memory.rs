@@ -65,6 +65,7 @@ impl<'a> Simulation<'a> {
             watched: self.watched,
             largest_kinetic: self.largest_kinetic,
             samples: self.samples,
+            events: self.events,
             last_steps: self.last_steps,
         })
     }
@@ -121,12 +122,15 @@ impl<'a> Simulation<'a> {
         self.audit = Audit::from(&saved.carried.audit);
         self.contacts_were(&saved.carried.closed, &saved.carried.pressed, &saved.carried.creep);
         self.open_loads_were(&saved.carried.open_loads);
+        if let Some(margins) = &mut self.margins {
+            margins.carry_on(&saved.carried.margins);
+        }
         self.forget_bounds();
         self.meet_anew();
         self.references.copy_from_slice(&saved.references);
         self.discrete.copy_from_slice(&saved.discrete);
         (self.watched, self.largest_kinetic) = (saved.watched, saved.largest_kinetic);
-        (self.samples, self.last_steps) = (saved.samples, saved.last_steps);
+        (self.samples, self.events, self.last_steps) = (saved.samples, saved.events, saved.last_steps);
         self.formulation.forget(&saved.working);
         self.tell_discrete();
         Ok(())
