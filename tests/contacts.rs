@@ -858,6 +858,26 @@ fn sprung_feet_with_friction_come_to_rest_where_they_do_at_a_finer_tolerance() {
     }
 }
 
+/// How long they creep depends on how long the run has lasted, not on when it began.
+#[test]
+fn feet_creep_alike_whenever_a_run_begins() {
+    let text = chassis(&[[0.4, 0.0], [-0.4, 0.3], [-0.4, -0.3]], 0.1, 0.0);
+    let of = |start: f64| {
+        let sets = [format!("simulation.t_start={start}"), format!("simulation.t_end={}", start + 1.0)];
+        run(&text, &["simulation.tolerance=1e-6", &sets[0], &sets[1]])
+    };
+    let work = |report: &RunReport| report.summary.steps + report.summary.rejected;
+    let plain = of(0.0);
+    for start in [-0.35, -0.8, 1e4] {
+        let moved = of(start);
+        assert!(work(&moved) < 2 * work(&plain), "{start}: {} steps", work(&moved));
+        for name in ["x", "y"] {
+            let [a, b] = [&plain, &moved].map(|report| *column(report, name).last().unwrap());
+            assert!((a - b).abs() < 1e-7, "{start}: `{name}` is {b}, not {a}");
+        }
+    }
+}
+
 /// What is known of frictions that creep, and when that is tried without, is saved with a run.
 #[test]
 fn a_run_is_brought_back_while_its_feet_creep() {

@@ -171,7 +171,7 @@ impl Prepared {
             system.memories_continue();
         }
         if fixed_step.is_none() {
-            system.may_creep();
+            system.may_creep(t_start);
         }
         // Steps of a fixed size ask for the next instant; of motions that are determined it is a largest one.
         if fixed_step.is_none() || session.determined {

@@ -447,12 +447,12 @@ impl Simulation<'_> {
         }
     }
 
-    /// Frictions that change over and over creep from here on: where steps have error control.
-    pub(in crate::session) fn may_creep(&mut self) {
+    /// Frictions that change over and over creep from here on, the start of the run: where steps have error control.
+    pub(in crate::session) fn may_creep(&mut self, began: f64) {
         if let Some(touch) = &mut self.touch
             && touch.contacts.frictions().iter().any(|friction| friction.rows.len() > 1)
         {
-            touch.creep = Creep::of(touch.contacts.frictions().len());
+            touch.creep = Creep::of(touch.contacts.frictions().len(), began);
         }
     }
 

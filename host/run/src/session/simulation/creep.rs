@@ -10,6 +10,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::Simulation;
+use super::contacts::INSTANT;
 use super::frictions::Sliding;
 use crate::analysis::{Meeting, Pattern};
 
@@ -59,12 +60,16 @@ pub(in crate::session) struct Creep {
     /// When it is tried without, and how long that was put off.
     until: f64,
     wait: f64,
+    /// When the run began.
+    #[serde(default)]
+    began: f64,
 }
 
 impl Creep {
-    /// Of so many frictions.
-    pub(super) fn of(count: usize) -> Self {
-        Self { changes: vec![Changes::default(); count], ..Self::default() }
+    /// Of so many frictions, in a run that begins at this time.
+    pub(super) fn of(count: usize, began: f64) -> Self {
+        let at_start = Changes { at: began, seen: began, ..Changes::default() };
+        Self { changes: vec![at_start; count], began, ..Self::default() }
     }
 
     /// Whether any may.
@@ -142,7 +147,8 @@ impl Creep {
         let span = |one: &Changes| one.before.iter().map(|[duration, _]| duration).sum::<f64>();
         let spans = numbers.iter().filter_map(|number| self.changes.get(*number)).map(span);
         let first = FIRST_WAIT * spans.fold(0.0, f64::max);
-        self.wait = (2.0 * self.wait).max(first).max(LEAST_WAIT * t.abs()).max(f64::MIN_POSITIVE);
+        self.wait = (2.0 * self.wait).max(first).max(LEAST_WAIT * (t - self.began)).max(INSTANT * t.abs());
+        self.wait = self.wait.max(f64::MIN_POSITIVE);
         (self.speed, self.until) = (speed, t + self.wait);
         true
     }
