@@ -9,8 +9,10 @@ use odyn::analyses::linear::Linear;
 use odyn::analyses::modes::{Modes, Stability};
 use odyn::analyses::prescribed::{Motion, quantity};
 use odyn::analyses::statics::equilibrium;
+use odyn::results::Status;
+use odyn::session::Session;
 
-use crate::support::open_text;
+use crate::support::{Scratch, open_text, options};
 
 const INERTIA: f64 = 0.1;
 const GAIN: f64 = 8.0;
@@ -136,4 +138,44 @@ fn half_a_turn_at_the_start_is_positive() {
             assert!(run.columns[1].iter().all(|torque| torque.abs() < 1e-11), "{step}: {:?}", run.columns[1]);
         }
     }
+}
+
+/// A body in some orientation, and another that is prescribed as a whole, in degrees.
+fn prescribed(axis: [f64; 3], angle: f64, wanted: [f64; 3]) -> String {
+    let [x, y, z] = wanted;
+    format!(
+        "[plugins]\nlibraries = [\"joints\"]\n[units]\nangle = \"deg\"\n[simulation]\nt_end = 1\noutput_step = 0.5\n[[body]]\n\
+         name = \"table\"\nmass = 1\ninertia = [1, 2, 2.5]\norientation = {{ axis = {axis:?}, angle = {angle:?} }}\n[[joint]]\n\
+         name = \"shaker\"\ntype = \"position\"\nbodies = [\"ground\", \"table\"]\nframes = [{{}}, {{}}]\n\
+         params = {{ x = 0, y = 0, z = 0, about_x = {x:?}, about_y = {y:?}, about_z = {z:?} }}\n"
+    )
+}
+
+/// Bodies that are far from an orientation that is prescribed as a whole are refused with how far they are, half a turn included, and
+/// never taken for assembled half a turn away.
+#[test]
+fn a_body_far_from_its_prescribed_orientation_is_told_how_far() {
+    let scratch = Scratch::new();
+    let mut far = Vec::new();
+    for angle in [60.0, 90.0, 100.0, 150.0, 170.0, 175.0, 179.9, 180.0] {
+        far.extend(
+            [[angle, 0.0, 0.0], [0.0, angle, 0.0], [0.0, 0.0, angle]]
+                .map(|wanted| ([1.0, 0.0, 0.0], 0.0, wanted, angle)),
+        );
+        for axis in [[0.0, 0.0, 1.0], [1.0, -1.0, 0.0], [1.0, 2.0, 3.0], [-1.0, -1.0, 1.0]] {
+            far.push((axis, angle, [0.0; 3], angle));
+        }
+    }
+    // Half a turn about axes in no plane of others.
+    far.push(([1.0, 0.0, 0.0], 0.0, [180.0, 0.0, 90.0], 180.0));
+    far.push(([1.0, 0.0, 0.0], 0.0, [180.0, 45.0, 0.0], 180.0));
+    for (axis, angle, wanted, expected) in far {
+        let file = scratch.file("far.toml", prescribed(axis, angle, wanted));
+        let error = Session::open(&file, &options(&[], &[])).err().map(|error| error.to_string()).unwrap_or_default();
+        let by = format!("moved by 0 m and {expected} deg to meet the joints");
+        assert!(error.contains(&by), "{axis:?} {angle} {wanted:?}: {error}");
+    }
+    let near = open_text(&prescribed([0.0, 1.0, 0.0], 170.0, [0.0, 180.0, 0.0]), &[]);
+    let run = near.run(None, Box::new(|_| ()), &Default::default()).expect("it is near enough");
+    assert_eq!(run.summary.status, Status::Completed);
 }

@@ -13,8 +13,8 @@
 //! | about z | atan2(-A_12, A_11) ahead of about_z(t) = 0, rad |
 //!
 //! With all three angles the orientation is prescribed as a whole, T(t) = A_i R_x(about_x) R_y(about_y) R_z(about_z), and the
-//! rows are about x: T_y . z_j, about y: T_x . z_j, about z: T_y . x_j, which reach every orientation. Source: Wittenburg,
-//! Dynamics of Multibody Systems (2008), section 2.1 (Bryan angles, also called Cardan angles).
+//! rows are the rotation vector of frame `j` against T (axis times angle, in the axes of T), which is zero there alone. Source:
+//! Wittenburg, Dynamics of Multibody Systems (2008), section 2.1 (Bryan angles, also called Cardan angles).
 //!
 //! ## Signs
 //!
@@ -23,7 +23,8 @@
 //! ## Singular cases
 //!
 //! Single angles: about_y stays between -90 and 90 deg, and at its ends (gimbal lock) the other two are undefined. All three
-//! together have no singular orientation; the reported coordinates are then those with |about_y| <= 90 deg.
+//! together have no singular orientation, and are assembled from any, half a turn away included; the reported coordinates are
+//! then those with |about_y| <= 90 deg.
 //!
 //! ## Example
 //!
@@ -57,6 +58,9 @@
 //! ```
 
 use element_api::prelude::*;
+
+/// Cardan angles of what is beside a target, rad. Digits of a derivative are lost with the square of the distance from the jump.
+const ASIDE: [f64; 3] = [0.61e-5, 0.93e-5, 1.37e-5];
 
 /// The joint.
 #[derive(Debug, Clone)]
@@ -134,10 +138,8 @@ impl Constraint for Position {
         }
         if let [Some(x), Some(y), Some(z)] = &self.angles {
             let target = i.rotation * cardan([x, y, z].map(|angle| angle.at(at.time)));
-            let target = Frame { position: i.position, rotation: target };
-            rows.set(3, target.y().dot(&j.z()));
-            rows.set(4, target.x().dot(&j.z()));
-            rows.set(5, target.y().dot(&j.x()));
+            let beyond = beyond(target, &j.rotation);
+            (0..3).for_each(|k| rows.set(3 + k, beyond[k]));
             return;
         }
         for (k, (turn, wanted)) in turns(i, j).into_iter().zip(&self.angles).enumerate() {
@@ -162,6 +164,18 @@ fn turns<S: Scalar>(i: &Frame<S>, j: &Frame<S>) -> [(S, S); 3] {
     let a = i.rotation.tr_mul(&j.rotation);
     let cos_y = (a[(0, 0)] * a[(0, 0)] + a[(0, 1)] * a[(0, 1)]).sqrt();
     [(-a[(1, 2)], a[(2, 2)]), (a[(0, 2)], cos_y), (-a[(0, 1)], a[(0, 0)])]
+}
+
+/// The rotation vector of an orientation against a target, less what it is at the target itself, rad: zero there alone.
+///
+/// Half a turn away there is no rotation vector, as either direction is as good. Rows that are zero at the target alone must jump
+/// somewhere (continuous ones have as many zeros of one sign as of the other), but scenes do have bodies half a turn away. So the vector
+/// is taken from [`ASIDE`] of the target, and jumps where no scene begins.
+fn beyond<S: Scalar>(target: Mat3<S>, orientation: &Mat3<S>) -> Vec3<S> {
+    let at = |rotation| Frame { position: Vec3::zeros(), rotation };
+    let aside = cardan(ASIDE.map(S::from));
+    blocks::rotation_vector(&at(target * aside), &at(*orientation))
+        - blocks::rotation_vector(&at(aside), &at(Mat3::identity()))
 }
 
 /// R_x R_y R_z.

@@ -1,5 +1,7 @@
 //! What joint coordinates say.
 
+use std::f64::consts::PI;
+
 use element_api::testkit::{Random, Setting, on_common_axis, turn};
 use element_api::{Constraint, Frame, Pose, Vec3};
 
@@ -89,5 +91,23 @@ fn position_gives_cardan_angles_about_x_new_y_new_z() {
         super::assert_satisfied::<Position>(&whole, vec![i, j]);
         super::assert_satisfied::<Position>(&format!("about_x = {a:?}\nabout_z = {c:?}"), vec![i, j]);
         super::assert_satisfied::<Position>(&format!("about_y = {b:?}"), vec![i, j]);
+    }
+}
+
+/// The rows are as far from zero as the orientation is from what is prescribed, however far that is: no other satisfies them.
+#[test]
+fn position_tells_a_whole_orientation_from_all_others() {
+    let mut random = Random::new(16);
+    let axes = [Vec3::x(), Vec3::y(), Vec3::z(), Vec3::new(1.0, -1.0, 0.0), Vec3::new(0.0, 1.0, 1.0)];
+    for trial in 0..400 {
+        let i = random.frame();
+        let [a, b, c] = [(); 3].map(|()| random.between(-3.0, 3.0));
+        let target = turn(Vec3::new(a, 0.0, 0.0)) * turn(Vec3::new(0.0, b, 0.0)) * turn(Vec3::new(0.0, 0.0, c));
+        let axis = axes.get(trial).copied().unwrap_or_else(|| random.vector(1.0)).normalize();
+        let angle = if trial < 10 { PI } else { random.between(0.0, PI) };
+        let j = posed(&i, &Pose { position: Vec3::zeros(), rotation: target * turn(axis * angle) });
+        let rows = super::rows::<Position>(&format!("about_x = {a:?}\nabout_y = {b:?}\nabout_z = {c:?}"), vec![i, j]);
+        let size = rows[3..].iter().map(|row| row * row).sum::<f64>().sqrt();
+        assert!((size - angle).abs() < 5e-5, "{size} instead of {angle}, about {axis:?}");
     }
 }
