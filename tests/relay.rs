@@ -132,6 +132,7 @@ fn a_signal_beyond_a_bound_at_the_start_switches_there() {
     assert_eq!(on(text(-2.0, ", initially_on = true")), (0.0, 1));
     // At its bound, and between.
     assert_eq!(on(text(1.0, "")), (0.0, 0));
+    assert_eq!(on(text(-1.0, ", initially_on = true")), (1.0, 0));
     assert_eq!(on(text(0.0, ", initially_on = true")), (1.0, 0));
 }
 

@@ -119,9 +119,10 @@ impl Control for Relay {
         vec![f64::from(u8::from(self.0.initially_on))]
     }
 
-    /// One where it is on, zero where it is off. The bound is that at which it switches next.
+    /// One where it is on, zero where it is off. At a bound itself it stays as it is.
     fn next_memory<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Values<'_, S>) {
-        let bound = select(at.memory[0].above(0.5), S::from(self.0.lower), S::from(self.0.upper));
-        out.push(select(at.inputs[0].above(bound), S::one(), S::zero()));
+        let (input, is_on) = (at.inputs[0], at.memory[0]);
+        let beyond = select(is_on.above(0.5), -input + self.0.lower, input - self.0.upper);
+        out.push(select(beyond.above(0.0), S::one() - is_on, is_on));
     }
 }
