@@ -161,7 +161,7 @@ fn what_acts_about_another_axis_than_its_joint_is_warned_of() {
 /// Bodies on the ground, each on a joint of its own, and one more element.
 fn on_joints(joints: &[(&str, [f64; 3])], element: &str) -> Session {
     let mut text =
-        "[plugins]\nlibraries = [\"joints\", \"forces\"]\n[simulation]\nt_end = 0.1\noutput_step = 0.1\n".to_owned();
+        "[plugins]\nlibraries = [\"joints\", \"forces\", \"compressor\"]\n[simulation]\nt_end = 0.1\noutput_step = 0.1\n".to_owned();
     for (k, (kind, axis)) in joints.iter().enumerate() {
         text += &format!(
             "[[body]]\nname = \"b{k}\"\nmass = 1\ninertia = [0.1, 0.1, 0.1]\n[[joint]]\nname = \"j{k}\"\ntype = \"{kind}\"\n\
@@ -246,4 +246,54 @@ fn what_pushes_across_all_that_slides_is_warned_of() {
     let spring = "[[force]]\nname = \"it\"\ntype = \"translational-spring-damper\"\nbodies = [\"ground\", \"b0\"]\n\
                   points = [[0, 0, 1], [0, 0, 0]]\nparams = { stiffness = 3, free_length = 1 }\n";
     assert_eq!(crosswise(&on_joints(&[("translational", X)], spring)), Vec::<String>::new());
+}
+
+/// Elements of a machine whose axes were forgotten: what turns a shaft, and each pair of what couples two motions.
+#[test]
+fn drives_and_couplings_about_other_axes_are_warned_of() {
+    let machine = [("revolute", X), ("translational", Y)];
+    let said = |element: String| crosswise(&on_joints(&machine, &element));
+    let shaft = [("motor-torque", "params.curve = [[0, 1], [100, 1]]"), ("rolling-resistance", "params.damping = 1")];
+    for (kind, parameters) in shaft {
+        let found = said(between("force", kind, ["ground", "b0"], parameters));
+        assert!(
+            found.len() == 1 && found[0].contains("`housing` is 1.57 rad off the axis of `j0`"),
+            "{kind}: {found:?}"
+        );
+        let along = said(between("force", kind, ["ground", "b0"], &format!("axis = [1, 0, 0]\n{parameters}")));
+        assert_eq!(along, Vec::<String>::new(), "{kind}");
+    }
+    let gas = |axes: &str, joints: &[(&str, [f64; 3])]| {
+        let text = format!(
+            "[[force]]\nname = \"it\"\ntype = \"compression-force\"\nbodies = [\"ground\", \"b1\", \"ground\", \"b0\"]\n\
+             {axes}\nparams.cosine = [10, 5]\n"
+        );
+        crosswise(&on_joints(joints, &text))
+    };
+    let found = gas("", &machine);
+    assert!(found.len() == 1 && found[0].contains("`housing` is 1.57 rad off the axis of `j0`"), "{found:?}");
+    let axes = "axes = [[0, 1, 0], [0, 1, 0], [1, 0, 0], [1, 0, 0]]";
+    assert_eq!(gas(axes, &machine), Vec::<String>::new());
+    // What turns in a plane is held against its axis, not against where it slides.
+    assert_eq!(gas(axes, &[("planar", X), ("translational", Y)]), Vec::<String>::new());
+    let couplings = [
+        ("coupler", "{ first = \"rotation\", second = \"translation\", lead = 0.1 }", ["first_i", "second_i"]),
+        ("rack-and-pinion", "{ radius = 0.1 }", ["pinion_carrier", "rack_carrier"]),
+    ];
+    for (kind, parameters, [first, second]) in couplings {
+        let coupled = |axes: [[f64; 3]; 2]| {
+            let [a, b] = axes;
+            said(format!(
+                "[[joint]]\nname = \"it\"\ntype = \"{kind}\"\nbodies = [\"ground\", \"b0\", \"ground\", \"b1\"]\n\
+                 axes = [{a:?}, {a:?}, {b:?}, {b:?}]\nparams = {parameters}\n"
+            ))
+        };
+        assert_eq!(coupled([X, Y]), Vec::<String>::new(), "{kind}");
+        let found = coupled([[1.0, 1.0, 0.0], Y]);
+        let off = format!("`{first}` is 0.785 rad off the axis of `j0`");
+        assert!(found.len() == 1 && found[0].contains(&off), "{kind}: {found:?}");
+        let found = coupled([X, [1.0, 1.0, 0.0]]);
+        let off = format!("`{second}` is 0.785 rad off where `j1` slides");
+        assert!(found.len() == 1 && found[0].contains(&off), "{kind}: {found:?}");
+    }
 }

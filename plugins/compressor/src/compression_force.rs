@@ -108,6 +108,7 @@ impl Element for CompressionForce {
         FrameSpec::new("housing", "on the body with the bearing; z is the crank axis, x shows where the angle is zero"),
         FrameSpec::new("rotor", "on the rotor; z is the crank axis, x shows the crank angle"),
     ];
+    const PARALLEL_AXES: &'static [[usize; 2]] = &[[2, 3]];
     type Parameters = CompressionForceParameters;
 
     fn new(p: Self::Parameters) -> Result<Self, ParamError> {

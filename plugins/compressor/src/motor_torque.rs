@@ -93,6 +93,7 @@ impl Element for MotorTorque {
     const SUMMARY: &'static str = "motor torque on a rotor as a function of its speed";
     const DOC: &'static str = doc_of(include_str!("motor_torque.rs"));
     const FRAMES: &'static [FrameSpec] = crate::SHAFT_FRAMES;
+    const PARALLEL_AXES: &'static [[usize; 2]] = &[[0, 1]];
     type Parameters = MotorTorqueParameters;
 
     fn new(p: Self::Parameters) -> Result<Self, ParamError> {

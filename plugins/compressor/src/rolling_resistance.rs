@@ -73,6 +73,7 @@ impl Element for RollingResistance {
     const SUMMARY: &'static str = "bearing friction torque proportional to the speed";
     const DOC: &'static str = doc_of(include_str!("rolling_resistance.rs"));
     const FRAMES: &'static [FrameSpec] = crate::SHAFT_FRAMES;
+    const PARALLEL_AXES: &'static [[usize; 2]] = &[[0, 1]];
     type Parameters = RollingResistanceParameters;
 
     fn new(parameters: Self::Parameters) -> Result<Self, ParamError> {

@@ -114,6 +114,7 @@ impl Element for Coupler {
         FrameSpec::new("second_i", "second pair, on the body that guides; z is the axis of rotation or translation"),
         FrameSpec::new("second_j", "second pair, on the body that moves"),
     ];
+    const PARALLEL_AXES: &'static [[usize; 2]] = &[[0, 1], [2, 3]];
     const ANGLES: usize = 1;
     type Parameters = CouplerParameters;
 

@@ -97,7 +97,7 @@ impl Element for RackAndPinion {
         FrameSpec::new("rack_carrier", "on the body that guides the rack; its z axis is the path of the rack"),
         FrameSpec::new("rack", "on the rack; on the frame before at the start"),
     ];
-    const PARALLEL_AXES: &'static [[usize; 2]] = &[[0, 1]];
+    const PARALLEL_AXES: &'static [[usize; 2]] = &[[0, 1], [2, 3]];
     type Parameters = RackAndPinionParameters;
 
     fn new(p: Self::Parameters) -> Result<Self, ParamError> {

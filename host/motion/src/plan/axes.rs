@@ -101,7 +101,7 @@ impl Acts {
         for output in &recording.outputs {
             match output.role {
                 // Where there is none, a constant stands for it.
-                Role::Force(_) => along |= reads(output.node, &|_| true),
+                Role::Force(k) if frames.contains(&(k as usize / 3)) => along |= reads(output.node, &|_| true),
                 Role::Residual(_) | Role::VelocityResidual(_) | Role::Kinetic => {
                     *(if reads(output.node, &moves) { &mut along } else { &mut about }) = true;
                 }
