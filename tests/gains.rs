@@ -67,3 +67,16 @@ fn gains_of_another_dimension_are_refused_with_what_fits() {
     let found = message("signal = \"height\"", "signal = \"hight\"");
     assert!(found.contains("did you mean `height`?"), "{found}");
 }
+
+/// What a servo is to follow is a length, in the unit of the scene.
+#[test]
+fn a_demand_without_a_unit_is_in_that_of_the_scene() {
+    let text = "[plugins]\nlibraries = [\"joints\"]\n[units]\nlength = \"mm\"\n[simulation]\nt_end = 2\noutput_step = 1\n[[body]]\n\
+                name = \"slide\"\nmass = 1\ninertia = [100, 100, 100]\n[[joint]]\nname = \"guide\"\ntype = \"translational\"\n\
+                bodies = [\"ground\", \"slide\"]\npoint = [0, 0, 0]\n[[joint]]\nname = \"servo\"\ntype = \"servo-displacement\"\n\
+                bodies = [\"ground\", \"slide\"]\npoint = [0, 0, 0]\nparams.frequency = 20\ninputs.demand = 30\n[[output]]\n\
+                name = \"z\"\nquantity = \"coordinate\"\nof = \"guide\"\n";
+    let run = run(text, &[]);
+    let reached = column(&run, "z").last().copied().expect("it has rows");
+    assert!((reached - 30.0).abs() < 1e-6, "{reached}");
+}

@@ -123,7 +123,7 @@ impl Constraint for ServoDisplacement {
         ChannelSpec::new("speed", "m/s", "rate of it, before the limit"),
     ];
     const INPUTS: &'static [InputSpec] =
-        &[InputSpec::optional("demand", "", 0.0, "displacement to follow, m, added to `displacement`")];
+        &[InputSpec::optional("demand", "m", 0.0, "displacement to follow, added to `displacement`")];
 
     fn residual<S: Scalar>(&self, _: &Configuration<'_, S>, _: &mut Rows<'_, S>) {}
 
