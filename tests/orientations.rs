@@ -179,3 +179,43 @@ fn a_body_far_from_its_prescribed_orientation_is_told_how_far() {
     let run = near.run(None, Box::new(|_| ()), &Default::default()).expect("it is near enough");
     assert_eq!(run.summary.status, Status::Completed);
 }
+
+/// Stops count from the turn that is between them: a body half a turn and more away from zero begins where they say.
+#[test]
+fn stops_begin_between_their_ends() {
+    let begins = |table: &str, ends: &str, angle: f64| {
+        let kind = if table == "joint" { "rotational-stop" } else { "rotational-bump-stop" };
+        let more = if table == "joint" { "" } else { ", torque = 100, depth = 1" };
+        let text = format!(
+            "[plugins]\nlibraries = [\"joints\", \"forces\"]\n[units]\nangle = \"deg\"\n[simulation]\nt_end = 0.1\noutput_step = 0.05\n\
+             [[body]]\nname = \"arm\"\nmass = 1\ninertia = [1, 2, 2.5]\norientation = {{ axis = [0, 0, 1], angle = {angle:?} }}\n\
+             [[joint]]\nname = \"hinge\"\ntype = \"revolute\"\nbodies = [\"ground\", \"arm\"]\nframes = [{{}}, {{}}]\n\
+             [[{table}]]\nname = \"stop\"\ntype = \"{kind}\"\nbodies = [\"ground\", \"arm\"]\nframes = [{{}}, {{}}]\n\
+             params = {{ {ends}{more} }}\n[[output]]\nname = \"spin\"\nquantity = \"coordinate_rate\"\nof = \"hinge\"\n"
+        );
+        let scratch = Scratch::new();
+        let session = Session::open(&scratch.file("stop.toml", text), &options(&[], &[]));
+        let run = session.and_then(|session| session.run(None, Box::new(|_| ()), &Default::default()));
+        run.is_ok_and(|run| run.events.is_empty() && run.columns[0].iter().all(|spin| spin.abs() < 1e-12))
+    };
+    for table in ["joint", "force"] {
+        for (ends, angles) in [
+            ("lower = 100, upper = 300", &[101.0, 180.0, 200.0, -160.0, -61.0][..]),
+            ("lower = -300, upper = -100", &[-101.0, 160.0, 180.0]),
+            ("lower = -180, upper = 0", &[-180.0, 180.0, -90.0, 0.0]),
+            ("lower = 0, upper = 360", &[0.0, 90.0, 180.0, 200.0, 359.0]),
+            ("lower = -400, upper = 10", &[0.0, 9.0, 20.0, 200.0, -170.0]),
+            ("lower = 100", &[100.5, 180.0, -160.0]),
+            ("upper = -190", &[-191.0, 90.0]),
+        ] {
+            for angle in angles {
+                assert!(begins(table, ends, *angle), "{table} {ends}: {angle}");
+            }
+        }
+        for (ends, angle) in
+            [("lower = -90, upper = 90", 100.0), ("lower = 100, upper = 300", 90.0), ("lower = -90", -100.0)]
+        {
+            assert!(!begins(table, ends, angle), "{table} {ends}: {angle}");
+        }
+    }
+}

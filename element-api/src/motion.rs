@@ -1,7 +1,9 @@
 //! What equations of elements read, [`Configuration`] and [`Motion`], and where they put what they compute, [`Values`] and [`Wrenches`].
 
 use std::cell::Cell;
+use std::f64::consts::{PI, TAU};
 
+use crate::blocks;
 use crate::geometry::{Frame, Twist, Vec3};
 use crate::scalar::Scalar;
 
@@ -68,6 +70,35 @@ impl<S: Scalar> Configuration<'_, S> {
         let (a, b) = (&self.frames[i], &self.frames[j]);
         self.angle(k, b.x().dot(&a.y()), b.x().dot(&a.x()))
     }
+
+    /// The same for an angle that begins between two ends, rad, where there are any: not within half a turn of zero, but of the middle
+    /// between the ends, or of the only one if zero is beyond it. More than a turn apart they leave a choice, and it begins as near to
+    /// zero as they let it.
+    #[must_use]
+    #[track_caller]
+    pub fn angle_about_z_between(&self, k: usize, i: usize, j: usize, lower: Option<f64>, upper: Option<f64>) -> S {
+        let middle = middle(lower, upper);
+        if middle == 0.0 {
+            return self.angle_about_z(k, i, j);
+        }
+        let (sin, cos) = blocks::turn_about_z(&self.frames[i], &self.frames[j]);
+        let (sm, cm) = middle.sin_cos();
+        self.angle(k, sin * cm - cos * sm, cos * cm + sin * sm) + middle
+    }
+}
+
+/// How near to half a turn off the middle an angle is no matter of one side or the other, rad.
+const HALF_TURN: f64 = 4e-6;
+
+/// What an angle between two ends begins within half a turn of, rad; zero where all angles between the ends are so.
+fn middle(lower: Option<f64>, upper: Option<f64>) -> f64 {
+    match (lower, upper) {
+        (Some(lower), Some(upper)) if lower > HALF_TURN - PI && upper <= PI => 0.0,
+        (Some(lower), Some(upper)) if upper - lower < TAU - HALF_TURN => 0.5 * (lower + upper),
+        // The end that is nearest to zero, if that is beyond it, is well within.
+        (Some(lower), Some(upper)) => 0.0_f64.min(upper - PI + HALF_TURN).max(lower + PI - HALF_TURN),
+        (lower, upper) => lower.unwrap_or(0.0).max(0.0) + upper.unwrap_or(0.0).min(0.0),
+    }
 }
 
 /// Where the bodies are and how they move: what a force may depend on.
@@ -129,6 +160,15 @@ impl<S: Scalar> Motion<'_, S> {
     #[track_caller]
     pub fn angle_about_z(&self, k: usize, i: usize, j: usize) -> S {
         self.configuration.angle_about_z(k, i, j)
+    }
+    /// [`Configuration::angle_about_z_between`].
+    ///
+    /// # Panics
+    /// As [`Configuration::angle`].
+    #[must_use]
+    #[track_caller]
+    pub fn angle_about_z_between(&self, k: usize, i: usize, j: usize, lower: Option<f64>, upper: Option<f64>) -> S {
+        self.configuration.angle_about_z_between(k, i, j, lower, upper)
     }
     /// Velocity of the point of a frame's body that is at `point` (m, ground frame) now, m/s, ground frame.
     #[must_use]

@@ -19,7 +19,10 @@
 //!
 //! ## Singular cases
 //! The z axes must be kept parallel by a joint (revolute, cylindrical). With exponent 1 the torque has a kink at the
-//! touch; above 1 it is smooth there.
+//! touch; above 1 it is smooth there. Of the angles that differ by whole turns, phi at the start is the one between the
+//! stops: half a turn is 180 deg where they are at -90 and 200 deg, and -180 deg where they are at -180 and 0 deg. Stops
+//! more than a turn apart leave a choice; there it is the one nearest to zero, and with one stop the one within half a
+//! turn of zero, or of a stop that is beyond zero.
 //!
 //! ## Example
 //! ```toml
@@ -112,8 +115,12 @@ impl Element for RotationalBumpStop {
 }
 
 impl RotationalBumpStop {
+    fn angle<S: Scalar>(&self, at: &Motion<'_, S>) -> S {
+        at.angle_about_z_between(0, 0, 1, self.0.lower, self.0.upper)
+    }
+
     fn torque<S: Scalar>(&self, at: &Motion<'_, S>) -> S {
-        self.0.force(at.angle_about_z(0, 0, 1), at.spin_about_z(0, 1))
+        self.0.force(self.angle(at), at.spin_about_z(0, 1))
     }
 }
 
@@ -129,14 +136,14 @@ impl Force for RotationalBumpStop {
 
     fn channels<S: Scalar>(&self, at: &Motion<'_, S>, out: &mut Values<'_, S>) {
         out.push(self.torque(at));
-        out.push(at.angle_about_z(0, 0, 1));
+        out.push(self.angle(at));
     }
 
     fn potential<S: Scalar>(&self, at: &Motion<'_, S>) -> Option<S> {
-        Some(self.0.potential(at.angle_about_z(0, 0, 1)))
+        Some(self.0.potential(self.angle(at)))
     }
 
     fn dissipation<S: Scalar>(&self, at: &Motion<'_, S>) -> Option<S> {
-        Some(self.0.dissipation(at.angle_about_z(0, 0, 1), at.spin_about_z(0, 1)))
+        Some(self.0.dissipation(self.angle(at), at.spin_about_z(0, 1)))
     }
 }

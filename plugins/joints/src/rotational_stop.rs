@@ -10,7 +10,9 @@
 //! | upper | upper - phi >= 0 | unilateral |
 //!
 //! What strikes a stop with the angular velocity w leaves it with e w, e being the coefficient of restitution; when what is left
-//! of the bouncing is smaller than the tolerance of the run, it stays. The angle at the start is within half a turn of zero.
+//! of the bouncing is smaller than the tolerance of the run, it stays. The angle at the start is the one between the stops: half a turn
+//! is 180 deg where they are at -90 and 200 deg, and -180 deg where they are at -180 and 0 deg. Stops more than a turn apart leave a
+//! choice; there it is the one nearest to zero, and with one stop the one within half a turn of zero, or of a stop that is beyond zero.
 //!
 //! (Pfeiffer & Glocker, Multibody Dynamics with Unilateral Contacts, 1996.)
 //!
@@ -113,7 +115,7 @@ impl Constraint for RotationalStop {
     }
 
     fn residual<S: Scalar>(&self, at: &Configuration<'_, S>, rows: &mut Rows<'_, S>) {
-        let angle = at.angle_about_z(0, 0, 1);
+        let angle = at.angle_about_z_between(0, 0, 1, self.0.lower, self.0.upper);
         if let Some(lower) = self.0.lower {
             rows.set(0, angle - lower);
         }
