@@ -217,6 +217,10 @@ const CASES: &[Case] = &[
     case("lengths_that_do_not_fit", &[
         (OUTPUTS, "[[joint]]\nname = \"far_end\"\ntype = \"spherical\"\nbodies = [\"ground\", \"rod\"]\nframes = [{ position = [2, 0, 0] }, { position = [\"rod.length / 2\", 0, 0] }]\n\n[[output]]"),
     ], Assembly, &[codes::CANNOT_ASSEMBLE]),
+    case("pins_that_are_parallel", &[
+        ("type = \"revolute\"", "type = \"universal\""),
+        ("channel = \"angle\"", "channel = \"angle_i\""),
+    ], Assembly, &[codes::CANNOT_ASSEMBLE]),
     case("joint_that_is_not_defined", &[
         (OUTPUTS, "[[joint]]\nname = \"drive\"\ntype = \"rotation-driver\"\nbodies = [\"ground\", \"rod\"]\npoint = [0, 0, 0]\naxis = [0, 0, 1]\nparams.angle = \"1 rad * ln(t / 1 s)\"\n\n[[output]]"),
     ], Assembly, &[codes::CANNOT_ASSEMBLE]),

@@ -23,7 +23,8 @@
 //!
 //! ## Singular cases
 //!
-//! None of its own. With shafts bent by 90 deg a drive line through it is locked or free: the whole mechanism is singular.
+//! Parallel pins, as one `axis` for both frames gives, cannot be assembled: no small motion brings them nearer to perpendicular.
+//! Otherwise none of its own. With shafts bent by 90 deg a drive line through it is locked or free: the whole mechanism is singular.
 //!
 //! ## Example
 //!

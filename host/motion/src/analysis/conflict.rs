@@ -25,6 +25,8 @@ const FEWEST_STEPS: usize = 5;
 const SMALLEST: f64 = 1e-14;
 /// Rows with more than this share of the largest gap contradict each other.
 const NOTABLE: f64 = 1e-4;
+/// A gap of so many turns is that of a row with a derivative of round-off.
+const FLAT: f64 = 1e6;
 /// A largest gap below this share of the scene's size is none.
 const NO_GAP: f64 = 1e-9;
 /// The longest step, rad or lengths of the scene.
@@ -41,10 +43,15 @@ pub struct Gap {
     pub size: f64,
     /// Whether that is an angle.
     pub angular: bool,
+    /// Whether no small motion changes the row, so that it has a value and no size: what must be perpendicular is parallel.
+    pub flat: bool,
 }
 
 impl std::fmt::Display for Gap {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        if self.flat {
+            return write!(f, "{}: {} is off, and no small motion changes it", self.joint, self.row);
+        }
         let unit = if self.angular { "rad" } else { "m" };
         write!(f, "{}: {} is off by {:.3e} {unit}", self.joint, self.row, self.size)
     }
@@ -55,6 +62,8 @@ impl std::fmt::Display for Gap {
 pub(super) struct Measure {
     gradients: Vec<f64>,
     angular: Vec<bool>,
+    /// Without any gradient.
+    constant: Vec<bool>,
 }
 
 impl Measure {
@@ -78,7 +87,8 @@ impl Measure {
             let gradient = if *angular { turn.sqrt() } else { position.sqrt() };
             if gradient > 0.0 { gradient } else { 1.0 }
         };
-        Self { gradients: largest.iter().zip(&angular).map(gradient).collect(), angular }
+        let constant = largest.iter().map(|sizes| *sizes == [0.0; 2]).collect();
+        Self { gradients: largest.iter().zip(&angular).map(gradient).collect(), angular, constant }
     }
 
     /// What a value of a row is multiplied with to be a gap in m, angles taken on `length`.
@@ -100,11 +110,13 @@ impl Measure {
     pub(super) fn gap(&self, k: usize, row: usize, value: f64, model: &Model, layout: &Layout) -> Gap {
         let (element, row) = layout.element_of_row(row);
         let instance = &model.elements[element];
+        let (size, angular) = (value.abs() / self.gradients[k], self.angular[k]);
         Gap {
             row: instance.row(row).to_string(),
             joint: instance.name.clone(),
-            size: value.abs() / self.gradients[k],
-            angular: self.angular[k],
+            size,
+            angular,
+            flat: if angular { size > FLAT } else { self.constant[k] },
         }
     }
 }

@@ -70,6 +70,9 @@ fn undefined(joint: &str, row: &str, scene: &Scene) -> SessionError {
 
 /// By how much a row is missed, in the scene's unit.
 fn size_of(gap: &Gap, scene: &Scene) -> String {
+    if gap.flat {
+        return "what no small motion changes".into();
+    }
     let dimension = if gap.angular { Dimension::ANGLE } else { Dimension::LENGTH };
     format!("{} {}", significant(gap.size / scene.units.factor(dimension), 4), scene.units.label(dimension))
 }
@@ -79,7 +82,10 @@ fn impossible(gaps: &[Gap], scene: &Scene) -> SessionError {
     // Worst first, and so are the joints.
     let mut joints: Vec<(&str, Vec<String>)> = Vec::new();
     for gap in gaps {
-        let text = format!("row `{}` misses by {}", gap.row, size_of(gap, scene));
+        let text = match gap.flat {
+            true => format!("no small motion changes row `{}`", gap.row),
+            false => format!("row `{}` misses by {}", gap.row, size_of(gap, scene)),
+        };
         match joints.iter_mut().find(|(joint, _)| *joint == gap.joint) {
             Some((_, texts)) => texts.push(text),
             None => joints.push((&gap.joint, vec![text])),
@@ -100,7 +106,16 @@ fn impossible(gaps: &[Gap], scene: &Scene) -> SessionError {
         }
         _ => "the gaps are those where the bodies miss least; other joints are not part of the conflict",
     };
+    let flat = gaps.iter().find(|gap| gap.flat).and_then(|gap| {
+        let record = scene.elements.iter().find(|record| record.name.value == gap.joint)?;
+        let (row, kind) = (&gap.row, &record.type_name.value);
+        Some(format!(
+            "row `{row}` has directions that are as wrong as can be, parallel where they must be perpendicular: one `axis` for both \
+             frames may be what is wrong; `odyn elements describe {kind}` says which `axes` it takes"
+        ))
+    });
     let diagnostic = diagnostic
+        .help_if(flat)
         .help(others)
         .help("check lengths, points and axes of the joints named, or take one of them away; positions may be rough")
         .help("joints that hold again what others hold must agree with them to twelve digits: `point` and `axis` place them so, `frames` only as far as their numbers are written");
