@@ -17,6 +17,10 @@
 //! `friction_x` and `friction_y` are the components of Q along x and y of frame i; `sliding_speed` is |v|.
 //!
 //! ## Singular cases
+//! The normal is z of the contact's first frame, and the radius is given here again: it is for `plane-contact` with a ball
+//! of that `radius` or a point. Other joints are not refused, and get what (1) to (3) make of their reaction: a `ball-contact`
+//! has its normal along the line of centres, which z need not be, a `plane-contact` with `half_axes` touches elsewhere, and
+//! where the reaction is across z there is no friction at all. Contacts have a friction of their own, `mu`.
 //! At rest a load below mu N is not held but creeps, with |v| < v_t for loads up to three quarters of mu N. Impacts are without
 //! friction: an impulse of friction is not computed; a contact that does not slide at all is `rough` in `plane-contact`. Very
 //! heavy friction has no unique solution (Painleve's paradox): the run then stops and says so.
