@@ -23,6 +23,7 @@ pub mod displacement_driver;
 pub mod distance_rod;
 pub mod dry_friction;
 pub mod ellipse_contact;
+mod enclosed;
 pub mod freewheel;
 pub mod gear;
 pub mod gear_backlash;

@@ -30,8 +30,9 @@
 //!
 //! ## Singular cases
 //!
-//! A roller must fit into the profile: where this is hollow with a radius below R, the joint is refused, and so is a flat face on a profile that
-//! is hollow anywhere: either would touch in two places. The place is found from any `start`; it chooses no more than the turn in which `place` is
+//! A roller must fit into the profile: where this is hollow with a radius below R, or has an inner corner, the joint is refused, and so is a flat
+//! face on a profile that is hollow anywhere: either would touch in two places. This is proved from bounds of the slope and its changes all
+//! around; where it cannot be shown, the joint is refused, too. Outer corners are allowed, and an edge (R = 0) fits everywhere. The place is found from any `start`; it chooses no more than the turn in which `place` is
 //! counted. A roller on the pole has no side. Points are joined by a cubic spline, so that forces are continuous; accelerations of a follower are no better than the second differences of the points: give many digits. `linear` and
 //! `monotone` are refused.
 //!
@@ -95,7 +96,7 @@
 use element_api::Jet;
 use element_api::prelude::*;
 
-use crate::profile::{Profile, turned, unlike_a_turn_later};
+use crate::profile::{Follower, Profile, turned, unlike_a_turn_later};
 
 /// The joint.
 #[derive(Debug, Clone)]
@@ -180,21 +181,13 @@ impl Element for ProfileContact {
             (_, roller) => roller,
         };
         let profile = Profile::Polar(p.radius);
-        let (place, bend) = profile.least_bend(0.0, std::f64::consts::TAU);
-        match roller {
-            None if bend <= 0.0 => refused(
-                "radius",
-                format!("is not convex at {place:.4} rad: a flat face touches such a profile in two places"),
-            ),
-            Some(roller) if bend * roller <= -1.0 => refused(
-                "roller_radius",
-                format!(
-                    "is {roller} m, but the profile is hollow with a radius of {:.4e} m at {place:.4} rad: the roller does not \
-                     reach its bottom and touches in two places",
-                    -1.0 / bend
-                ),
-            ),
-            _ => Ok(Self { profile, roller, start: p.start, restitution: p.unilateral.then_some(p.restitution) }),
+        let follower = roller.map_or(Follower::Flat, Follower::Round);
+        match (profile.misfit(follower, 0.0, std::f64::consts::TAU), roller) {
+            (None, _) => {
+                Ok(Self { profile, roller, start: p.start, restitution: p.unilateral.then_some(p.restitution) })
+            }
+            (Some(misfit), Some(roller)) => refused("roller_radius", misfit.round(roller, "the roller", "rad")),
+            (Some(misfit), None) => refused("radius", misfit.flat()),
         }
     }
 

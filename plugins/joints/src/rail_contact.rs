@@ -28,8 +28,11 @@
 //! ## Singular cases
 //!
 //! The profile lies between `from` and `to`. Where the contact leaves it the run ends, and the message names the joint and its unknown
-//! `place`. The disc must fit into the profile: where this is hollow with a radius below R, the joint is refused, because the disc would touch
-//! in two places. Points are joined by a cubic spline, so that forces are continuous; `linear` and `monotone` are refused.
+//! `place`. The disc must fit into the profile: where this is hollow with a radius below R, or has an inner corner, the joint is refused, because
+//! the disc would touch in two places. This is proved from bounds of the slope and its changes on whole stretches of the profile; where it
+//! cannot be shown (kilometres of steep waves into which the disc barely fits), the joint is refused, too. Outer corners are allowed, and a
+//! point (R = 0) fits everywhere. Points are joined by a cubic spline, so that forces are continuous; `linear` and `monotone` are refused. They hold
+//! their end values, with a corner where they do not end level: let `from` and `to` be within them.
 //!
 //! ## Example
 //!
@@ -76,7 +79,7 @@
 
 use element_api::prelude::*;
 
-use crate::profile::Profile;
+use crate::profile::{Follower, Profile};
 
 /// The joint.
 #[derive(Debug, Clone)]
@@ -136,17 +139,8 @@ impl Element for RailContact {
             return refused("start", "must lie on the profile, between `from` and `to`".into());
         }
         let profile = Profile::Graph(p.height);
-        let (place, bend) = profile.least_bend(p.from, p.to);
-        if bend * p.wheel_radius <= -1.0 || bend.is_nan() {
-            return refused(
-                "wheel_radius",
-                format!(
-                    "is {} m, but the profile is hollow with a radius of {:.4e} m at {place:.4} m: the wheel does not reach its \
-                     bottom and touches in two places",
-                    p.wheel_radius,
-                    -1.0 / bend
-                ),
-            );
+        if let Some(misfit) = profile.misfit(Follower::Round(p.wheel_radius), p.from, p.to) {
+            return refused("wheel_radius", misfit.round(p.wheel_radius, "the wheel", "m"));
         }
         let restitution = p.unilateral.then_some(p.restitution);
         Ok(Self { profile, ends: [p.from, p.to], wheel: p.wheel_radius, start: p.start, restitution })
