@@ -32,7 +32,9 @@
 //!
 //! The places are found from any `start_i` and `start_j`; these choose no more than the turns in which u and v are counted. Discs with one
 //! centre have no sides. Discs that never part may also run in each other: where the centre of one lies inside the larger other one, the smaller
-//! touches from inside, with N_i for -N_i, and the sum of Q a difference. It has to fit everywhere. A disc without size has no tangent.
+//! touches from inside, with N_i for -N_i, and the sum of Q a difference, if it fits everywhere as they are turned: a round one if its radius is at
+//! most b^2 / a of the half axes a >= b around it. One that does not fit has no place in the other one: the scene is refused, or the run ends, and
+//! the message names the joint and its unknown `u`. A disc without size has no tangent.
 //!
 //! ## Example
 //!
@@ -149,16 +151,60 @@ impl EllipseContact {
         [place(&frames[0], p.a_i, p.b_i, unknowns[0]), place(&frames[1], p.a_j, p.b_j, unknowns[1])]
     }
 
-    /// 1 where the discs touch from outside, -1 where the smaller runs in the larger one.
+    /// 1 where the discs touch from outside, -1 where the smaller runs in the larger one, no number where it does not fit into it as they
+    /// are turned.
     fn side<S: Scalar>(&self, i: &Frame<S>, j: &Frame<S>) -> S {
         let p = &self.0;
         if p.unilateral {
             return S::one();
         }
-        let (larger, a, b) = if p.a_i.max(p.b_i) > p.a_j.max(p.b_j) { (i, p.a_i, p.b_i) } else { (j, p.a_j, p.b_j) };
+        let (on_i, on_j) = ((i, p.a_i, p.b_i), (j, p.a_j, p.b_j));
+        let ((larger, a, b), smaller) = if p.a_i.max(p.b_i) > p.a_j.max(p.b_j) { (on_i, on_j) } else { (on_j, on_i) };
         let between = j.position - i.position;
         let (x, y) = (larger.x().dot(&between) / a, larger.y().dot(&between) / b);
-        select((x * x + y * y).below(1.0), S::from(-1.0), S::one())
+        let within = x * x + y * y;
+        // Where it does not fit, a root of what is negative.
+        let from_inside = match Room::of((smaller.1, smaller.2), (a, b)) {
+            Room::Always => S::from(-1.0),
+            Room::Never => (within - 1.0).sqrt(),
+            Room::Turned { most, product } => {
+                let (cos, sin) = (larger.x().dot(&smaller.0.x()), larger.x().dot(&smaller.0.y()));
+                let room = S::from(most) - (sin * sin - cos * cos) * product;
+                select(room.below(0.0), room.sqrt(), S::from(-1.0))
+            }
+        };
+        select(within.below(1.0), from_inside, S::one())
+    }
+}
+
+/// Whether an ellipse fits everywhere into another one: where it touches with any normal n, its radius of curvature a^2 b^2 / q^(3/2) with
+/// q = a^2 n_x^2 + b^2 n_y^2 must not be above the other one's (Blaschke, Kreis und Kugel (1916), section 24).
+enum Room {
+    Always,
+    Never,
+    /// Where `product` times the cosine of twice the angle between the x axes is at least -`most`.
+    Turned {
+        most: f64,
+        product: f64,
+    },
+}
+
+impl Room {
+    /// Of the one with these half axes in the other. With t = (a b)^(4/3) of it over that of the other, q - t q_other must be negative
+    /// for no n: a quadratic form, whose mean is above the length of what turns in it, the difference of two parts with an angle between.
+    fn of(inner: (f64, f64), outer: (f64, f64)) -> Self {
+        let t = (inner.0 * inner.1 / (outer.0 * outer.1)).powf(4.0 / 3.0);
+        let halves = |(a, b): (f64, f64)| (0.5 * (a * a + b * b), 0.5 * (a * a - b * b));
+        let ((mean, part), (other_mean, other_part)) = (halves(inner), halves(outer));
+        let (mean, other_part) = (mean - t * other_mean, t * other_part);
+        if mean < (part.abs() - other_part.abs()).abs() {
+            Self::Never
+        } else if mean >= part.abs() + other_part.abs() {
+            Self::Always
+        } else {
+            let most = mean * mean - part * part - other_part * other_part;
+            Self::Turned { most, product: 2.0 * part * other_part }
+        }
     }
 }
 

@@ -132,6 +132,33 @@ fn ellipses_touch_on_their_near_sides_from_any_start() {
     }
 }
 
+/// One that does not fit into the other, as they are turned, has no place in it.
+#[test]
+fn discs_run_in_those_into_which_they_fit() {
+    // The smaller one on the wall of the larger one below its centre, turned by an angle.
+    let has_place = |a: f64, b: f64, angle: f64| {
+        let text = format!("a_i = 0.5\nb_i = 0.2\na_j = {a:?}\nb_j = {b:?}\nstart_i = -1.5\nstart_j = -1.5");
+        let probe = probe::<EllipseContact>(&text);
+        let (sin, cos) = angle.sin_cos();
+        let i = Random::new(7).frame();
+        let low = (a * a * sin * sin + b * b * cos * cos).sqrt();
+        let place = Vec3::new((a * a - b * b) * sin * cos / low, low - 0.2, 0.0);
+        let j = Frame { position: i.position + i.rotation * place, ..on_common_axis(&i, angle, 0.0) };
+        let mut setting = Setting::at_rest(vec![i, j]);
+        probe.settle(&mut setting);
+        probe.solve_unknowns(&mut setting) && probe.joint_values(&setting).residual()[0].abs() < 1e-9
+    };
+    // The least radius of curvature of the larger one is 0.2^2 / 0.5 = 0.08.
+    for angle in [0.0, 0.4, 1.5] {
+        assert!(has_place(0.0799, 0.0799, angle) && !has_place(0.0801, 0.0801, angle), "{angle}");
+    }
+    // The same shape, 0.3 times as large: to be turned by 0.403 rad.
+    for angle in [0.0, 0.39, -0.39] {
+        assert!(has_place(0.15, 0.06, angle), "{angle}");
+    }
+    assert!(!has_place(0.15, 0.06, 0.42) && !has_place(0.15, 0.06, -0.42));
+}
+
 /// A disc in a ring, and the ring about the disc.
 #[test]
 fn discs_that_never_part_run_in_each_other() {
