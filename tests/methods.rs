@@ -124,10 +124,10 @@ impl Integrator for GeneralizedAlpha {
         }
         run.sample_start(y)?;
         run.rhs(run.t, y, &mut self.rates, 0.0)?;
-        let count = run.options.fixed_step.map_or(0, |h| run.fixed_steps(h));
-        for k in 0..count {
+        let size = run.options.fixed_step.unwrap_or(f64::INFINITY);
+        while let Some(t_new) = run.next_equal_end(size) {
             run.check_step_limit()?;
-            let (t, t_new) = (run.t, run.fixed_step_end(k, count));
+            let t = run.t;
             let h = t_new - t;
             self.solve(run, y, h)?;
             run.project(t_new, &mut self.y_new, h)?;

@@ -48,6 +48,17 @@ pub struct Run<'a> {
     /// Of the step that is about to become final, the integral of [`System::rate_summed`] and its difference to that of a rule of lower
     /// order, as far as the method gives them.
     summed: Option<[f64; 2]>,
+    /// Equal steps that are under way.
+    equal: Option<Equal>,
+}
+
+/// Equal steps from one time to another: their number, and that of those that were begun.
+#[derive(Debug, Clone, Copy)]
+struct Equal {
+    from: f64,
+    to: f64,
+    count: usize,
+    begun: usize,
 }
 
 /// Nodes of Gauss's rule of degree 5 in 0..1, their weights, and what these differ by from those of the midpoint alone.
@@ -101,6 +112,7 @@ impl<'a> Run<'a> {
             half_way: None,
             barrier: None,
             summed: None,
+            equal: None,
         })
     }
 
@@ -371,17 +383,27 @@ impl<'a> Run<'a> {
         self.options.max_step.map_or(hint, |longest| longest.min(hint))
     }
 
-    /// Where the equal steps from here end: at the end of the interval, or before where the system has it ([`System::next_end`]).
-    pub fn end_of_equal_steps(&self) -> f64 {
-        let (end, last) = (self.system.next_end(self.t), self.span.t_end);
-        if end < last - self.smallest_step() { end } else { last }
-    }
-
-    /// Number of equal steps, at most of size `h`, from here to a time.
-    pub fn equal_steps(&self, h: f64, end: f64) -> usize {
-        // A quotient that is a whole number but for round-off of the times is that number.
-        let round_off = 4.0 * f64::EPSILON * self.t.abs().max(end.abs());
-        ((end - self.t - round_off) / h).ceil().max(1.0) as usize
+    /// End of the next of equal steps, at most of size `h`, that fill the interval up to its end, or to where the system has a step end before
+    /// that ([`System::next_end`]), and so on from there. `None` where the interval ends.
+    pub fn next_equal_end(&mut self, h: f64) -> Option<f64> {
+        let last = self.span.t_end;
+        let mut equal = match self.equal.filter(|equal| equal.begun < equal.count) {
+            Some(equal) => equal,
+            None if self.t >= last => return None,
+            None => {
+                let (from, end) = (self.t, self.system.next_end(self.t));
+                let to = if end < last - self.smallest_step() { end } else { last };
+                // A quotient that is a whole number but for round-off of the times is that number.
+                let round_off = 4.0 * f64::EPSILON * from.abs().max(to.abs());
+                let count = ((to - from - round_off) / h).ceil().max(1.0) as usize;
+                Equal { from, to, count, begun: 0 }
+            }
+        };
+        equal.begun += 1;
+        self.equal = Some(equal);
+        let Equal { from, to, count, begun } = equal;
+        // Free of accumulated round-off.
+        Some(if begun < count { from + begun as f64 / count as f64 * (to - from) } else { to })
     }
 
     /// The shortest step to begin with: what asks for a shorter one is round-off of the state, and the error of the step decides.

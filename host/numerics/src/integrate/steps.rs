@@ -183,8 +183,7 @@ fn ordered_step(method: &mut dyn Stepper, run: &mut Run<'_>, y: &mut [f64], t_ne
     })
 }
 
-/// Steps of one size, whatever their error: equal ones, at most of this size, that fill the interval up to where the system has a step end
-/// ([`super::System::next_end`]), and so on from there.
+/// Steps of one size, whatever their error: those of [`Run::next_equal_end`].
 pub(super) fn steps_of_one_size(
     method: &mut dyn Stepper,
     run: &mut Run<'_>,
@@ -199,19 +198,13 @@ pub(super) fn steps_of_one_size(
     let mut events = Events::new(run, method.reach());
     let mut scratch = vec![0.0; y.len()];
     method.expect_interpolation(events.watches_steps());
-    while run.t < run.span.t_end {
-        let (start, end) = (run.t, run.end_of_equal_steps());
-        let count = run.equal_steps(h, end);
-        for k in 1..=count {
-            run.check_step_limit()?;
-            // Free of accumulated round-off.
-            let t_new = if k < count { start + k as f64 / count as f64 * (end - start) } else { end };
-            ordered_step(method, run, y, t_new)?;
-            let inside = Inside::new(method, run, y, t_new, &events);
-            let at = |share: f64, out: &mut [f64]| inside.state(share, out);
-            events.note_missed(run, &inside.interpolation(inside.method.seen(), &at))?;
-            finish_step(method, run, y, t_new, &mut scratch)?;
-        }
+    while let Some(t_new) = run.next_equal_end(h) {
+        run.check_step_limit()?;
+        ordered_step(method, run, y, t_new)?;
+        let inside = Inside::new(method, run, y, t_new, &events);
+        let at = |share: f64, out: &mut [f64]| inside.state(share, out);
+        events.note_missed(run, &inside.interpolation(inside.method.seen(), &at))?;
+        finish_step(method, run, y, t_new, &mut scratch)?;
     }
     Ok(())
 }
