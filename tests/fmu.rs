@@ -296,7 +296,7 @@ fn the_state_of_an_fmu_is_saved_and_restored() {
     assert_eq!(legs.summary.checkpoints, 3);
     // On from the end of another run, also where islands run apart.
     let beside = text.clone() + "[[body]]\nname = \"stone\"\nmass = 1\ninertia = [1, 1, 1]\n";
-    let first = open(&folder, &beside, &["simulation.t_end=0.333"]).unwrap();
+    let first = open(&folder, &beside, &["simulation.t_end=0.325"]).unwrap();
     first.run(Some(&results), Box::new(|_| ()), &Default::default()).unwrap();
     for islands in ["together", "apart"] {
         let mut rest = open(&folder, &beside, &[&format!("simulation.islands=\"{islands}\"")]).unwrap();

@@ -259,7 +259,9 @@ fn dependencies(folder: &str) -> BTreeSet<String> {
 fn crates_depend_on_what_they_may() {
     for folder in ["plugins/joints", "plugins/forces", "plugins/controls", "plugins/compressor"] {
         for name in dependencies(folder) {
-            assert_eq!(name, "element-api", "{folder} may not depend on {name}");
+            // Bounds of profiles are numbers of a kind of their own, which take `Zero` and `One`.
+            let of_bounds = (folder, name.as_str()) == ("plugins/joints", "num-traits");
+            assert!(name == "element-api" || of_bounds, "{folder} may not depend on {name}");
         }
     }
     let ours = |name: &String| name.starts_with("odyn") || name.starts_with("element-api");
