@@ -162,8 +162,9 @@ impl Coupling {
     ) -> Result<bool, AnalysisError> {
         let Change { own: change, whole, plain } = self.change(inputs);
         let regular = self.closing.is_regular();
-        // A step from far off leaves its own round-off, which is a share of what it was and nothing of what is solved for.
-        let falls = plain.iter().zip(&self.least).any(|(now, least)| *now < FALLS * least);
+        // A step from far off leaves its own round-off, which is a share of what it was and nothing of what is solved for. Below round-off
+        // of all that is solved for nothing is gained: where F vanishes (a contact that slides is about to open) it falls with z without end.
+        let falls = whole > f64::EPSILON && plain.iter().zip(&self.least).any(|(now, least)| *now < FALLS * least);
         let same = self.slots.iter().zip(&self.found).all(|(slot, was)| inputs[*slot] == *was);
         // What is no number has not settled.
         let settles = |share: f64| same || (change >= share * self.best && !falls);

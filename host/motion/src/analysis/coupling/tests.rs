@@ -60,6 +60,15 @@ fn a_solution_that_is_nothing_is_found_where_only_a_part_follows_it() {
     assert!((coupling.z[0] - 1e-17).abs() < 1e-19 && count < 10, "{:e}, {count}", coupling.z[0]);
 }
 
+/// The same beside larger multipliers, where each step leaves a fortieth of a solution that is nothing.
+#[test]
+fn a_solution_that_is_nothing_is_found_beside_others() {
+    let mut coupling = of_one(1e-15, 0..2);
+    let solution = |z: f64| (1.0 - 0.0268 * z) - 1.0 - 0.0639 * z;
+    let count = iterations(&mut coupling, solution, |_, _| -0.0268 - 0.0639);
+    assert!(coupling.z[0].abs() < 1e-15 && count < 10, "{:e}, {count}", coupling.z[0]);
+}
+
 /// What is but a small part of the solution is not differentiated along steps of its own size.
 #[test]
 fn difference_quotients_are_not_round_off_where_a_solution_is_small() {
