@@ -187,6 +187,76 @@ fn sliding_with_several_accelerations_is_reported() {
     assert!(report.exit_code() == 6 && reason.contains("`touch0: gap`") && reason.contains("Painleve"), "{reason}");
 }
 
+/// Two discs that joints hold in a plane, one on top of the other between a floor and a wall. Where nothing was found at a bounce off the wall
+/// their frictions creep, ever faster towards where that of the discs presses them together as hard as it slows them, with reactions beyond all
+/// bounds: the run stopped there ("do not settle"). By Coulomb's law an impact ends the sliding.
+const BETWEEN: &str = r#"
+    plugins.libraries = ["joints"]
+    [simulation]
+    gravity = [0, 0, -9.81]
+    t_end = 0.001
+    output_step = 0.0001
+    tolerance = 1e-9
+    [[body]]
+    name = "below"
+    mass = 0.2168709229430989
+    inertia = [0.00012426692256511704, 0.00012426692256511704, 0.00012426692256511704]
+    position = [0.010449555936485753, 0.0, 0.037848364027479486]
+    velocity = [0.12350154167357892, 0.0, 0.0]
+    angular_velocity = [0.0, 3.2630615102809912, 0.0]
+    orientation = { euler_parameters = [0.9605927480457913, 0.0, 0.27795965966635333, 0.0] }
+    [[body]]
+    name = "above"
+    mass = 0.6449079475388637
+    inertia = [0.0007641574979575082, 0.0007641574979575082, 0.0007641574979575082]
+    position = [-0.04557322616915742, 0.0, 0.11117058885892989]
+    velocity = [0.0003035002862391719, 0.0, -0.0941310365902111]
+    angular_velocity = [0.0, -5.095986778839342, 0.0]
+    orientation = { euler_parameters = [0.8135506178910036, 0.0, -0.5814941032625923, 0.0] }
+    [[joint]]
+    name = "plane_below"
+    type = "planar"
+    bodies = ["ground", "below"]
+    point = [0, 0, 0]
+    axis = [0, 1, 0]
+    [[joint]]
+    name = "floor"
+    type = "plane-contact"
+    bodies = ["ground", "below"]
+    frames = [{ position = [0, 0, 0], axis = [0, 0, 1] }, { position = [0, 0, 0], axis = [0, 0, 1] }]
+    params = { radius = 0.037848364027479486, mu = 0.8, restitution = 0.3 }
+    [[joint]]
+    name = "plane_above"
+    type = "planar"
+    bodies = ["ground", "above"]
+    point = [0, 0, 0]
+    axis = [0, 1, 0]
+    [[joint]]
+    name = "wall"
+    type = "plane-contact"
+    bodies = ["ground", "above"]
+    frames = [{ position = [-0.1, 0, 0], axis = [1, 0, 0] }, { position = [0, 0, 0], axis = [0, 0, 1] }]
+    params = { radius = 0.054426772217828406, mu = 0.8, restitution = 0.3 }
+    [[joint]]
+    name = "pair"
+    type = "ball-contact"
+    bodies = ["below", "above"]
+    frames = [{ position = [0, 0, 0], axis = [0, 0, 1] }, { position = [0, 0, 0], axis = [0, 0, 1] }]
+    params = { radius_i = 0.037848364027479486, radius_j = 0.054426772217828406, mu = 0.8, restitution = 0.3 }
+    [[output]]
+    name = "energy"
+    quantity = "total_energy"
+"#;
+
+#[test]
+fn what_creeps_where_its_reactions_have_no_bounds_is_seized() {
+    let report = run(BETWEEN, &[]);
+    let crept = report.events.iter().find(|event| event.kind == EventKind::Creeps).expect("it creeps after a bounce");
+    let sticks = report.events.iter().any(|event| event.kind == EventKind::Sticks && event.time > crept.time);
+    assert!(sticks, "{:?}", report.events);
+    never_gains(&report);
+}
+
 /// A bracket around a pole, which its weight beside the pole jams on it: it could fall and press with nothing as well.
 #[test]
 fn a_bracket_stays_on_its_pole() {

@@ -368,17 +368,16 @@ impl Simulation<'_> {
         touch.at_once = if touch.met_at == t { touch.at_once + 1 } else { 0 };
         touch.met_at = t;
         touch.pressed.meet(touch.at_once > 0);
-        let (before, is_endless) = (touch.closed.clone(), touch.at_once > MOST_AT_ONCE);
+        let (before, beyond) = (touch.closed.clone(), touch.at_once.saturating_sub(MOST_AT_ONCE));
         let stuck: Vec<usize> = before.iter().filter_map(|k| k.checked_sub(touch.first_friction())).collect();
         // Everything is said from where all contacts are open, and nothing slides.
         let slid = self.sliding();
         self.let_slide(&Sliding::new());
         self.adopt(&[], t, state)?;
         let all: Vec<usize> = slid.iter().map(|(number, _)| *number).chain(stuck).collect();
-        let result = match is_endless && !self.let_creep(&all, t) {
-            true => Err(self.endless(t, state)),
-            false => self.settle(t, state, &slid),
-        };
+        // What does not creep yet does from here on; once, what does is tried without.
+        let goes_on = beyond == 0 || self.let_creep(&all, t) || (beyond == 1 && self.try_without_creeping(t));
+        let result = if goes_on { self.settle(t, state, &slid) } else { Err(self.endless(t, state)) };
         if result.is_err() {
             self.let_slide(&slid);
             self.adopt(&before, t, state)?;

@@ -164,6 +164,12 @@ impl Creep {
         }
     }
 
+    /// Lets them be tried without at once; `false` where none creeps.
+    fn try_without(&mut self, t: f64) -> bool {
+        self.until = if self.creeps() { t } else { self.until };
+        self.creeps()
+    }
+
     /// Those that creep and were not reported to.
     pub(super) fn untold(&mut self) -> Vec<usize> {
         let new = self.creeping.iter().copied().filter(|number| !self.told.contains(number)).collect();
@@ -213,6 +219,12 @@ impl Simulation<'_> {
         let in_plane = |number: &usize| touch.contacts.frictions()[*number].rows.len() > 1;
         let numbers: Vec<usize> = numbers.iter().copied().filter(in_plane).collect();
         touch.creep.begin(&numbers, t, speed)
+    }
+
+    /// Tries without creeping before it is time to; `false` where nothing creeps. What creeps ever faster towards where friction presses as
+    /// hard as what it slows (Painleve) does not get there: its reactions grow beyond all bounds, and an impact ends the sliding by Coulomb's law.
+    pub(super) fn try_without_creeping(&mut self, t: f64) -> bool {
+        self.touch.as_mut().is_some_and(|touch| touch.creep.try_without(t))
     }
 
     /// Takes note of what begins to stick and to slide; those that creep from here on, since they did so over and over.
