@@ -430,3 +430,21 @@ fn what_neither_switches_nor_depends_on_time_is_not_enclosed() {
     let stop = "type = \"bump-stop\"\naxis = [1, 0, 0]\nparams = { upper = 2.686, force = \"5 kN\", depth = \"2 cm\" }";
     assert!(run(&cart("1.0", stop), &[]).summary.enclosures > 0);
 }
+
+/// Whole powers of what may be negative, above those that are products: half of the pulses were stepped over.
+#[test]
+fn pulses_of_high_powers_are_felt_on_both_sides() {
+    // Bells of a width of a hundredth: the root of 2 pi / n each, less a quarter of an n-th.
+    let n = 1e4_f64;
+    let one = (2.0 * std::f64::consts::PI / n).sqrt() * (1.0 - 0.25 / n);
+    for (power, known) in [("10000", 10.0 * one), ("10001", 0.0)] {
+        let text = format!(
+            "[plugins]\nlibraries = [\"joints\", \"forces\"]\n[simulation]\nt_end = \"10 pi\"\noutput_step = \"pi\"\ntolerance = 1e-8\n\
+             [[body]]\nname = \"a\"\nmass = 1\nparticle = true\n\
+             [[force]]\nname = \"f\"\ntype = \"vector-force\"\nbodies = [\"ground\", \"a\"]\nparams.x = \"sin(t)^{power}\"\n\
+             [[output]]\nname = \"v\"\nquantity = \"velocity\"\nof = \"a\"\ncomponent = \"x\"\n"
+        );
+        let found = *run(&text, &[]).columns[0].last().expect("a sample");
+        assert!((found - known).abs() < 1e-6, "{power}: {found}, not {known}");
+    }
+}

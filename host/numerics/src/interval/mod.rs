@@ -125,13 +125,24 @@ impl Interval {
         if n < 0 {
             return Self::point(1.0) / self.powi(-n);
         }
-        let ends = Self::between(self.low.powi(n), self.high.powi(n));
-        if n % 2 == 0 && self.contains(0.0) { Self::new(0.0, ends.high) } else { ends }
+        self.whole_power(|x| x.powi(n), n % 2 == 0)
     }
 
-    /// Real power of a number that is not negative.
+    /// A positive whole power.
+    fn whole_power(self, power: impl Fn(f64) -> f64, is_even: bool) -> Self {
+        let ends = Self::between(power(self.low), power(self.high));
+        if is_even && self.contains(0.0) { Self::new(0.0, ends.high) } else { ends }
+    }
+
+    /// Real power of a number that is not negative, or whole power of any: those that are too high for [`Self::powi`] come as such.
     #[must_use]
     pub fn powf(self, exponent: f64) -> Self {
+        if self.low < 0.0 && exponent.fract() == 0.0 {
+            return match exponent < 0.0 {
+                true => Self::point(1.0) / self.powf(-exponent),
+                false => self.whole_power(|x| x.powf(exponent), exponent % 2.0 == 0.0),
+            };
+        }
         if self.high < 0.0 {
             return Self::ALL;
         }

@@ -19,12 +19,14 @@ type Two = (&'static str, fn(Interval, Interval) -> Interval, fn(f64, f64) -> f6
 
 #[test]
 fn functions_of_one_number_are_enclosed_and_reached() {
-    let functions: [One; 9] = [
+    let functions: [One; 11] = [
         ("square", Interval::square, |x| x * x),
         ("sine", Interval::sin, f64::sin),
         ("cosine", Interval::cos, f64::cos),
         ("cube", |x| x.powi(3), |x| x.powi(3)),
         ("fourth power", |x| x.powi(4), |x| x.powi(4)),
+        ("even power as a real one", |x| x.powf(66.0), |x| x.powf(66.0)),
+        ("odd power as a real one", |x| x.powf(67.0), |x| x.powf(67.0)),
         ("negative", |x| -x, |x| -x),
         ("scaled", |x| x.scaled(-1.5), |x| -1.5 * x),
         ("exponential", |x| x.rising(f64::exp), f64::exp),
