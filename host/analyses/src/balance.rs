@@ -326,9 +326,7 @@ pub fn balance(
     for (k, angle) in wished.iter().enumerate() {
         progress(0.5 + 0.5 * k as f64 / count as f64);
         // It may have been there before, if it has turned back since.
-        let later = seen.iter().enumerate().skip(first + 1);
-        let after = later.filter(|(_, one)| sign * (one[1] - angle) >= 0.0).map(|(at, _)| at).next();
-        let after = after.unwrap_or(seen.len() - 1);
+        let after = (first + 1..seen.len()).find(|at| sign * (seen[*at][1] - angle) >= 0.0).unwrap_or(seen.len() - 1);
         run.advance(time_of(*angle, [seen[after - 1], seen[after]]) / unit)?;
         let instant = run.instant()?;
         let inputs = &instant.inputs;

@@ -381,7 +381,6 @@ fn second_derivatives(x: &[f64], y: &[f64], slopes: &[f64]) -> Vec<f64> {
 mod tests {
     use super::*;
 
-    /// A cubic is its own spline, ends included; a spline is twice continuously differentiable.
     #[test]
     fn cycles_are_no_radians() {
         let rate = |text: &str| amount(text, Dimension::ANGULAR_VELOCITY, 2.0);
@@ -389,6 +388,7 @@ mod tests {
         assert_eq!(amount("2 Hz", Dimension::DIMENSIONLESS.over(Dimension::TIME).expect("a rate"), 1.0), Some(2.0));
     }
 
+    /// A cubic is its own spline, ends included; a spline is twice continuously differentiable.
     #[test]
     fn splines_are_exact_for_cubics_and_smooth_for_others() {
         let x = [0.0, 0.3, 0.7, 1.0, 1.6, 2.0];

@@ -20,8 +20,8 @@
 //!
 //! Balls that approach with the velocity v separate with e v, e being the coefficient of restitution (Poisson's, as of
 //! `plane-contact`, which is the same where nothing sticks). Where several contacts touch at the same time, impacts follow one another,
-//! that which would take most energy by itself first and those that come as fast with it, until none approaches: as in a chain of balls that touch, in which
-//! each strikes the next.
+//! that which would take most energy by itself first and those that come as fast with it, until none approaches: as in a chain of
+//! balls that touch, in which each strikes the next.
 //!
 //! With `mu` there is Coulomb friction, with the law of `plane-contact`: the contact sticks as long as that takes no more than mu times
 //! the normal force, otherwise it slides against exactly that; the same for the impulses of an impact. With `rough` it does not slide

@@ -102,6 +102,14 @@ impl Interval {
     }
 
     fn powf(self, exponent: f64) -> Self {
+        // Whole powers that are too high for products come as real ones, and have a value for negative numbers, too.
+        if self.low < 0.0 && exponent.fract() == 0.0 {
+            return match exponent % 2.0 == 0.0 {
+                _ if exponent < 0.0 => self.powf(-exponent).inverse(),
+                true => Self::new(self.smallest().powf(exponent), self.largest().powf(exponent)),
+                false => Self::new(self.low.powf(exponent), self.high.powf(exponent)),
+            };
+        }
         let base = self.not_negative();
         Self::between(base.low.powf(exponent), base.high.powf(exponent))
     }

@@ -36,7 +36,7 @@ use self::partners::Partner;
 use self::picture::Picture;
 use self::state_sizes::StateSizes;
 use self::unknowns::Tracked;
-use self::watch::RowValues;
+use self::watch::{RowValues, Turning};
 use super::clocks::Clocks;
 use super::guards::{Guarded, Watching};
 use super::samplings::Rows;
@@ -126,9 +126,8 @@ pub(super) struct Simulation<'a> {
     references: Vec<f64>,
     /// Those of them that anything depends on ([`Equations::counted_angles`]): only they follow the motion.
     counted: Vec<usize>,
-    /// When these were looked at last, their values there, and the largest of their rates since the time before, rad/s; none where a method
-    /// begins.
-    turning: Option<(f64, Vec<f64>, Option<f64>)>,
+    /// How fast they turn.
+    turning: Turning,
     /// Whether the motion depends on any of them.
     turns_act: bool,
     discrete: Vec<f64>,
@@ -294,7 +293,7 @@ impl<'a> Simulation<'a> {
             references: assembly.references.clone(),
             turns_act: !counted.is_empty() && equations.turns_act(layout),
             counted,
-            turning: None,
+            turning: Turning::default(),
             clocks: Clocks::of(model, layout),
             held: Vec::new(),
             discrete: assembly.discrete.clone(),

@@ -144,7 +144,7 @@ impl<'a> Simulation<'a> {
     pub(in crate::session) fn begin_anew(&mut self, t: f64, state: &[f64]) -> Result<(), AnalysisError> {
         let working = self.working_state(t, state)?;
         self.formulation.forget(&working);
-        self.turning = None;
+        self.turning.forget();
         self.tell_discrete();
         self.formulation.next_step(t, state)?;
         self.remedies = self.formulation.counters().remedies();

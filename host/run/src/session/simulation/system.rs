@@ -295,8 +295,7 @@ impl System for Simulation<'_> {
         // Angles must stay within half a turn of their references: at most 1 rad is used up, and two bodies may turn
         // against each other. This looks at the speed at the start only, of what is counted that of the step before with room to gain; the
         // step is judged when it is made.
-        let counted = self.turning.as_ref().and_then(|(_, _, rate)| *rate);
-        let fastest = self.fastest(y).min(counted.map_or(f64::INFINITY, |rate| GAINS * rate));
+        let fastest = self.fastest(y).min(self.turning.rate.map_or(f64::INFINITY, |rate| GAINS * rate));
         if fastest > 0.0 { 1.0 / fastest } else { f64::INFINITY }
     }
 

@@ -38,6 +38,32 @@ impl RowValues {
     }
 }
 
+/// How fast the angles turn that are counted.
+#[derive(Default)]
+pub(super) struct Turning {
+    /// When they were looked at last, s, where a method did not begin since.
+    seen: Option<f64>,
+    /// Their values there.
+    angles: Vec<f64>,
+    /// The largest of their rates since the time before, rad/s.
+    pub(super) rate: Option<f64>,
+}
+
+impl Turning {
+    fn look(&mut self, t: f64, angles: &[f64]) {
+        let pairs = self.angles.iter().zip(angles);
+        let change = pairs.fold(0.0_f64, |most, (before, now)| most.max((now - before).abs()));
+        self.rate = self.seen.filter(|seen| *seen < t).map(|seen| change / (t - seen));
+        self.seen = Some(t);
+        self.angles.clear();
+        self.angles.extend_from_slice(angles);
+    }
+
+    pub(super) fn forget(&mut self) {
+        (self.seen, self.rate) = (None, None);
+    }
+}
+
 impl Simulation<'_> {
     /// Violations at the last accepted state, unless they are known: to be called at the end of the run.
     pub(in crate::session) fn watch_end(&mut self, t: f64, state: &[f64]) {
@@ -338,11 +364,7 @@ impl Simulation<'_> {
             if let Some(latched) = &self.latched {
                 latched.hold(&self.discrete, &mut held);
             }
-            let changes =
-                |before: &[f64]| before.iter().zip(angles).fold(0.0_f64, |most, (a, b)| most.max((b - a).abs()));
-            let turning = self.turning.take().filter(|(before, ..)| *before < t);
-            let rate = turning.map(|(before, angles, _)| changes(&angles) / (t - before));
-            self.turning = Some((t, angles.to_vec(), rate));
+            self.turning.look(t, angles);
             for (number, angle) in self.counted.iter().zip(angles) {
                 let reference = &mut self.references[*number];
                 if (angle - *reference).abs() > NEW_REFERENCE {
