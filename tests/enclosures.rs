@@ -289,6 +289,16 @@ fn barriers_in_space_are_felt() {
         ("bell of 1 mm that throws back", "\"-900 exp(-((l - 53.303) / 0.001)^2)\""),
         ("resonance", "\"2 / (1 + ((l - 53.303) / 0.01)^2)\""),
         ("triangle", "\"-max(0, 20 - 2000 abs(l - 53.303))\""),
+        // Pulses that functions make which only step, or which are smooth by themselves.
+        ("two steps", "\"5 (tanh((l - 53.303) / 0.002) - tanh((l - 53.313) / 0.002))\""),
+        ("two angles", "\"3 (atan((l - 53.303) / 0.002) - atan((l - 53.313) / 0.002))\""),
+        ("two roots", "\"5 ((l - 53.3) / sqrt((l - 53.3)^2 + 1e-6) - (l - 53.31) / sqrt((l - 53.31)^2 + 1e-6))\""),
+        ("two logistic functions", "\"10 / (1 + exp((53.303 - l) / 0.001)) / (1 + exp((l - 53.313) / 0.001))\""),
+        ("slope of a step", "\"20 (1 - tanh((l - 53.303) / 0.01)^2)\""),
+        ("inverse of a hyperbolic cosine", "\"20 / (exp((l - 53.303) / 0.05) + exp((53.303 - l) / 0.05))\""),
+        ("inverse distance", "\"0.05 / sqrt((l - 53.303)^2 + 1e-6)\""),
+        ("negative power", "\"1e-5 ((l - 53.303)^2 + 1e-5)^(-1.5)\""),
+        ("high power", "\"20 cos(l - 53.303)^20000\""),
     ] {
         let force =
             format!("type = \"translational-actuator\"\npoints = [[-50, 0, 0], [0, 0, 0]]\nparams.of_length = {force}");

@@ -1,5 +1,5 @@
 //! [`Sharp`]: what may change on a stretch much shorter than a step, other than by a switch: functions of time, and functions
-//! of the motion that rise and fall (pulses, barriers, measured curves).
+//! of the motion that rise and fall (pulses, barriers, measured curves), by themselves or by what is made of them.
 //!
 //! A method sees its functions at a few places of a step. What happens between them is bounded where it may be sharp; smooth
 //! functions of the coordinates (sines, products, roots) are left to error control.
@@ -83,6 +83,7 @@ impl Sharp {
         }
         let depends = dependence(graph, &live, layout);
         let of = |node: Node| depends[node.0 as usize];
+        let stretches = stretches(graph, &live, of);
         let mut found = Self::default();
         let mut parts: FxHashSet<Node> = FxHashSet::default();
         let mut known: FxHashSet<(Node, Node)> = FxHashSet::default();
@@ -90,7 +91,7 @@ impl Sharp {
             let expr = graph.expr(*node);
             match of(*node) {
                 Depends::Motion => {
-                    if is_sharp(graph, expr, of) {
+                    if stretches[node.0 as usize] == Stretch::Rises {
                         found.of_motion.push(*node);
                     }
                     if let Expr::Table { table, at, .. } = expr {
@@ -108,7 +109,7 @@ impl Sharp {
                 }
                 Depends::Time => {
                     // A pulse may be small beside what it is added to.
-                    if is_pulse(graph, expr, of) {
+                    if stretches[node.0 as usize] == Stretch::Rises || is_pulse(graph, expr, of) {
                         parts.insert(*node);
                     }
                     match expr {
@@ -183,14 +184,42 @@ fn alternating(table: &Table, mut at: Vec<f64>) -> Option<Table> {
 fn is_source(graph: &Graph, node: Node) -> bool {
     match graph.expr(node) {
         Expr::Input(slot) => slot as usize == Layout::TIME,
-        Expr::Exp(_) | Expr::Tanh(_) | Expr::Table { .. } | Expr::Div(..) => true,
+        Expr::Exp(_) | Expr::Tanh(_) | Expr::Table { .. } | Expr::Div(..) | Expr::Atan2(..) => true,
+        Expr::Powi(..) | Expr::Powf(..) => true,
         _ => false,
     }
 }
 
-/// Whether a function of the motion may rise and fall on a short stretch: exponentials, transitions, curves of points, and
-/// quotients like 1 / (1 + x^2). Lengths in denominators are geometry.
-fn is_sharp(graph: &Graph, expr: Expr, of: impl Fn(Node) -> Depends) -> bool {
+/// What a function of time or of the motion may do on a short stretch.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Stretch {
+    /// Nothing: it is as smooth as geometry.
+    Smooth,
+    /// It may step from one value to another, which is seen wherever the step is; or it follows straight from what is watched.
+    Steps,
+    /// It may rise and fall: it is watched.
+    Rises,
+}
+
+/// Powers from here on are sharp where their base has an extremum.
+const SHARP_POWER: f64 = 16.0;
+
+/// What each of these nodes may do on a short stretch: exponentials, transitions, curves of points, quotients like 1 / (1 + x^2) and
+/// high powers are sharp, and so is what is made of them. Where two of them meet, or one goes through a function that is not
+/// linear, steps make pulses: tanh(x) - tanh(x - w), 1 - tanh(x)^2. Lengths in denominators are geometry, and what is multiplied by
+/// geometry is sharp no more than its factor, which is watched.
+fn stretches(graph: &Graph, live: &[Node], of: impl Fn(Node) -> Depends) -> Vec<Stretch> {
+    let mut known = vec![Stretch::Smooth; live.last().map_or(0, |node| node.0 as usize + 1)];
+    for node in live {
+        if of(*node) != Depends::Nothing {
+            known[node.0 as usize] = stretch(graph, graph.expr(*node), &of, |node| known[node.0 as usize]);
+        }
+    }
+    known
+}
+
+/// What a node may do on a short stretch, from what its operands may do.
+fn stretch(graph: &Graph, expr: Expr, of: impl Fn(Node) -> Depends, known: impl Fn(Node) -> Stretch) -> Stretch {
     // A square, perhaps with a factor.
     let is_square = |node: Node| match graph.expr(node) {
         Expr::Mul(a, b) if a == b => true,
@@ -199,8 +228,9 @@ fn is_sharp(graph: &Graph, expr: Expr, of: impl Fn(Node) -> Depends) -> bool {
         Expr::Powi(_, n) => n % 2 == 0,
         _ => false,
     };
+    let moves = |node: Node| of(node) == Depends::Motion;
     let is_hill = |node: Node| match graph.expr(node) {
-        Expr::Add(a, b) => (of(a) != Depends::Motion && is_square(b)) || (of(b) != Depends::Motion && is_square(a)),
+        Expr::Add(a, b) => (!moves(a) && is_square(b)) || (!moves(b) && is_square(a)),
         _ => false,
     };
     let has_hill = |node: Node| match graph.expr(node) {
@@ -208,19 +238,47 @@ fn is_sharp(graph: &Graph, expr: Expr, of: impl Fn(Node) -> Depends) -> bool {
         Expr::Mul(a, b) => is_hill(a) || is_hill(b),
         _ => is_hill(node),
     };
+    let is_distance = |node: Node| matches!(graph.expr(node), Expr::Sqrt(a) if is_hill(a));
+    let changes = |node: Node| of(node) != Depends::Nothing;
+    let is_sharp = |node: Node| known(node) != Stretch::Smooth;
+    let of_sharp = |sharp: bool| if sharp { Stretch::Rises } else { Stretch::Smooth };
+    let power = |a: Node, n: f64| of_sharp(is_sharp(a) || n.abs() >= SHARP_POWER || n < 0.0 && moves(a) && is_hill(a));
     match expr {
-        Expr::Exp(_) | Expr::Tanh(_) => true,
-        Expr::Table { order, .. } => order == 0,
-        Expr::Div(a, b) => of(a) != Depends::Motion && of(b) == Depends::Motion && has_hill(b),
-        _ => false,
+        Expr::Exp(_) | Expr::Tanh(_) => Stretch::Rises,
+        Expr::Table { order, at, .. } => of_sharp(order == 0 || is_sharp(at)),
+        Expr::Powi(a, n) => power(a, f64::from(n)),
+        Expr::Powf(a, n) => power(a, f64::from_bits(n)),
+        Expr::Sqrt(a) | Expr::Sin(a) | Expr::Cos(a) | Expr::Ln(a) => of_sharp(is_sharp(a)),
+        Expr::Atan2(a, b) if is_sharp(a) || is_sharp(b) => Stretch::Rises,
+        Expr::Atan2(a, b) if changes(a) != changes(b) => Stretch::Steps,
+        Expr::Div(_, b) if is_sharp(b) => Stretch::Rises,
+        Expr::Div(a, b) if !moves(a) && moves(b) && has_hill(b) => Stretch::Rises,
+        Expr::Div(a, b) if moves(b) && is_distance(b) => {
+            if moves(a) {
+                Stretch::Steps
+            } else {
+                Stretch::Rises
+            }
+        }
+        Expr::Add(a, b) | Expr::Sub(a, b) | Expr::Mul(a, b) | Expr::Div(a, b) => {
+            match (is_sharp(a), is_sharp(b)) {
+                (true, true) => Stretch::Rises,
+                // With what stays as it is, it is as sharp as before.
+                (true, false) if !changes(b) => Stretch::Steps,
+                (false, true) if !changes(a) => Stretch::Steps,
+                _ => Stretch::Smooth,
+            }
+        }
+        Expr::Neg(a) if is_sharp(a) => Stretch::Steps,
+        Expr::Select(_, _, c, d) if is_sharp(c) || is_sharp(d) => Stretch::Steps,
+        _ => Stretch::Smooth,
     }
 }
 
 /// Whether a function of time may rise and fall on a short stretch.
 fn is_pulse(graph: &Graph, expr: Expr, of: impl Fn(Node) -> Depends) -> bool {
     match expr {
-        Expr::Exp(_) | Expr::Tanh(_) | Expr::Select(..) => true,
-        Expr::Table { order, .. } => order == 0,
+        Expr::Select(..) => true,
         Expr::Div(_, b) => of(b) == Depends::Time && !matches!(graph.expr(b), Expr::Input(_)),
         _ => false,
     }

@@ -333,7 +333,7 @@ impl Enclosure {
     fn see(&mut self, run: &mut Run<'_>, step: &Interpolation<'_>) {
         let mut values = vec![0.0; self.within.len()];
         for (number, share) in step.seen.iter().enumerate() {
-            (step.at)(*share, &mut self.state);
+            (step.felt)(number, &mut self.state);
             let (state, entries) = (&self.state, &self.entries);
             let of = |k: usize| state[entries[k]];
             run.system.values(self.of, step.time(*share), &of, &mut values);
@@ -466,8 +466,11 @@ impl Enclosure {
         let places = shares.len();
         shares.extend(step.seen);
         let mut known = Vec::with_capacity(shares.len());
-        for share in &shares {
-            (step.at)(*share, &mut self.state);
+        for (place, share) in shares.iter().enumerate() {
+            match place.checked_sub(places) {
+                Some(number) => (step.felt)(number, &mut self.state),
+                None => (step.at)(*share, &mut self.state),
+            }
             let mut values = vec![0.0; self.within.len()];
             if !run.look(self.of, step.time(*share), &self.state, &mut values)? {
                 return Ok(None);

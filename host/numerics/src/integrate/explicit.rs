@@ -2,7 +2,6 @@
 
 use std::ops::Range;
 
-use super::interpolation::ascending;
 use super::pair::{Estimate, Pair, Row};
 use super::rivals::{Signs, Suspect, Suspicion};
 use super::run::{Run, Trouble, all_finite};
@@ -47,7 +46,8 @@ pub struct Explicit {
     signs: Signs,
     /// Whether the interpolation of the step under way is needed, samples or not.
     approaching: bool,
-    /// Shares of a step at which the equations are evaluated and have a weight, ascending.
+    /// The stages that have a weight, and the shares of a step at which they are, ascending.
+    weighty: Vec<usize>,
     seen: Vec<f64>,
     /// Time of the last switch from which on the equations are others.
     switch: Option<f64>,
@@ -67,6 +67,7 @@ impl Explicit {
     /// The method of a pair, under a name.
     #[must_use]
     pub fn new(name: &'static str, pair: &'static Pair) -> Self {
+        let weighty = pair.weighty();
         Self {
             name,
             pair,
@@ -83,7 +84,8 @@ impl Explicit {
             suspect: None,
             signs: Signs { step: 0.0, share: 0.0, slowness: 0.0 },
             approaching: false,
-            seen: ascending(&pair.weighty()),
+            seen: weighty.iter().map(|stage| pair.c[*stage]).collect(),
+            weighty,
             switch: None,
         }
     }
@@ -151,6 +153,13 @@ impl Explicit {
             return Ok(());
         }
         Err(Trouble::Retry(StopReason::NotFinite { step: h }))
+    }
+
+    /// The state at which a stage of the step was evaluated, in `work` where it is not at hand.
+    fn state_of_stage<'a>(&'a self, stage: usize, h: f64, work: &'a mut [f64]) -> &'a [f64] {
+        let Some(row) = self.pair.a.get(stage) else { return &self.y_new };
+        combine(row, &self.stages, h, Some(&self.start), work);
+        work
     }
 
     /// Error of the step, 1 = tolerance. With two estimates (program DOP853): that of order 5, damped by its ratio to that
@@ -287,6 +296,11 @@ impl Stepper for Explicit {
         &self.seen
     }
 
+    fn felt(&self, number: usize, h: f64, out: &mut [f64]) {
+        let mut state = vec![0.0; whole_lanes(self.n)];
+        out.copy_from_slice(&self.state_of_stage(self.weighty[number], h, &mut state)[..self.n]);
+    }
+
     /// `k_0 = f(t, y)`
     fn start(&mut self, run: &mut Run<'_>, y: &[f64]) -> Result<(), Trouble> {
         run.start_rates(y, &mut self.stages[..self.n])
@@ -321,22 +335,18 @@ impl Stepper for Explicit {
     fn add_nodes(&mut self, run: &mut Run<'_>, _y: &[f64], t_new: f64) -> Result<(), Trouble> {
         let (Estimate::Single(rough) | Estimate::FiveAndThree(rough, _)) = self.pair.error;
         let (t, h) = (run.t, t_new - run.t);
-        for stage in 0..=self.end() {
-            let weights =
-                [self.pair.b, rough].map(|row| row.iter().find(|(of, _)| *of == stage).map_or(0.0, |(_, x)| *x));
+        let weight = |row: Row, stage: usize| row.iter().find(|(of, _)| *of == stage).map_or(0.0, |(_, x)| *x);
+        let mut work = std::mem::take(&mut self.argument);
+        let added = (0..=self.end()).try_for_each(|stage| {
+            let weights = [self.pair.b, rough].map(|row| weight(row, stage));
             if weights == [0.0; 2] {
-                continue;
+                return Ok(());
             }
-            let state = match self.pair.a.get(stage) {
-                Some(row) => {
-                    combine(row, &self.stages, h, Some(&self.start), &mut self.argument);
-                    &self.argument
-                }
-                None => &self.y_new,
-            };
-            run.add_node((t + self.pair.c[stage] * h).min(t_new), &state[..self.n], h, weights)?;
-        }
-        Ok(())
+            let state = self.state_of_stage(stage, h, &mut work);
+            run.add_node((t + self.pair.c[stage] * h).min(t_new), &state[..self.n], h, weights)
+        });
+        self.argument = work;
+        added
     }
 
     fn always_interpolates(&self) -> bool {

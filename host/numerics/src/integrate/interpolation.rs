@@ -8,10 +8,13 @@ pub(super) struct Interpolation<'a> {
     pub(super) end: f64,
     /// Its degree.
     pub(super) degree: usize,
-    /// The shares of the step at which the method has felt the equations, as [`super::steps::Stepper::seen`].
-    pub(super) seen: &'a [f64],
     /// The state at a share of the step.
     pub(super) at: &'a dyn Fn(f64, &mut [f64]),
+    /// The shares of the step at which the method has felt the equations, as [`super::steps::Stepper::seen`].
+    pub(super) seen: &'a [f64],
+    /// The states at which it did, by number. The interpolation may be elsewhere there where it was taken in by something that the
+    /// method has not felt.
+    pub(super) felt: &'a dyn Fn(usize, &mut [f64]),
 }
 
 impl Interpolation<'_> {
@@ -19,14 +22,6 @@ impl Interpolation<'_> {
     pub(super) fn time(&self, share: f64) -> f64 {
         if share == 1.0 { self.end } else { (self.start + share * self.h).min(self.end) }
     }
-}
-
-/// Shares of a step in ascending order, none twice, the ends included.
-pub(super) fn ascending(shares: &[f64]) -> Vec<f64> {
-    let mut all: Vec<f64> = shares.iter().copied().chain([0.0, 1.0]).collect();
-    all.sort_by(f64::total_cmp);
-    all.dedup();
-    all
 }
 
 /// Cubic that has the values and derivatives of both ends of a step of size `h`, at the share `s` of it, also outside.

@@ -9,6 +9,9 @@ use super::run::{Run, Trouble, all_finite};
 /// Change of a rate, as a share of its size, over the step of a difference from which on it may be a jump.
 const JUMP: f64 = 1e-3;
 
+/// Entries of the state below this share of their size are taken for as large (Hairer and Wanner, radau5, for sizes of 1).
+const NEAR_ZERO: f64 = 1e-5;
+
 /// A matrix by columns; entries that are zero are left out.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Columns {
@@ -88,11 +91,14 @@ impl Jacobian {
         self.fill_is_new = true;
     }
 
-    /// `f_y` at the accepted state `y`, where `f` is `start`: the system's own, or differences of its right side.
+    /// `f_y` at the accepted state `y`, where `f` is `start`: the system's own, or differences of its right side where it has none
+    /// or they are not finite.
     pub(super) fn take(&mut self, run: &mut Run<'_>, y: &[f64], start: &[f64]) -> Result<(), Trouble> {
         run.counters.jacobians += 1;
         self.matrix.clear(y.len());
-        if !run.jacobian(run.t, y, &mut |row, column, value| self.matrix.put(row, column, value))? {
+        let exact = run.jacobian(run.t, y, &mut |row, column, value| self.matrix.put(row, column, value))?;
+        // Derivatives of 1 / (1 + e^x) are no number where e^x is infinite, though it is 0 there.
+        if !exact || !self.matrix.is_finite() {
             self.matrix.clear(y.len());
             self.differences(run, y, start)?;
         }
@@ -109,7 +115,8 @@ impl Jacobian {
         argument.copy_from_slice(y);
         for (j, value) in y.iter().enumerate() {
             // Along the motion: away from a switch that was just passed.
-            let step = (f64::EPSILON * value.abs().max(1e-5)).sqrt().copysign(start[j]);
+            let size = Some(run.system.entry_size(j)).filter(|size| *size > 0.0).unwrap_or(1.0);
+            let step = (f64::EPSILON * size * value.abs().max(NEAR_ZERO * size)).sqrt().copysign(start[j]);
             argument[j] = value + step;
             let step = argument[j] - value;
             run.rhs(run.t, argument, rates, step.abs())?;

@@ -219,8 +219,9 @@ impl Kinematic {
             let (start, size) = (run.t + C[k - 1] * h, (C[k] - C[k - 1]) * h);
             let states = [self.states[k - 1].as_slice(), self.states[k].as_slice()];
             let at = |s: f64, out: &mut [f64]| hermite(s, size, states, [&self.rates[k - 1], &self.rates[k]], out);
+            let felt = |number: usize, out: &mut [f64]| out.copy_from_slice(states[number]);
             let end = run.t + C[k] * h;
-            let step = Interpolation { start, h: size, end, degree: 3, seen: &[0.0, 1.0], at: &at };
+            let step = Interpolation { start, h: size, end, degree: 3, at: &at, seen: &[0.0, 1.0], felt: &felt };
             if events.missed(run, y, &step)?.is_some() {
                 events.forget();
                 let shorter = RECOVERY_FACTOR * h;

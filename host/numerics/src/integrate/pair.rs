@@ -30,15 +30,18 @@ pub struct Pair {
 }
 
 impl Pair {
-    /// Where in a step functions of time are felt: at stages that have a weight in the new state or in the error estimate. What the others
-    /// alone see of a pulse changes neither.
-    pub(super) fn weighty(&self) -> Vec<f64> {
+    /// The stages at which functions are felt, in the order of time: those that have a weight in the new state or in the error estimate,
+    /// and both ends of the step. What the others alone see of a pulse changes neither.
+    pub(super) fn weighty(&self) -> Vec<usize> {
         let estimates = match self.error {
             Estimate::Single(row) => [row, &[]],
             Estimate::FiveAndThree(row5, row3) => [row5, row3],
         };
         let rows = [self.b].into_iter().chain(estimates);
-        rows.flatten().map(|(stage, _)| self.c[*stage]).collect()
+        let mut stages: Vec<usize> = rows.flatten().map(|(stage, _)| *stage).chain([0, self.a.len()]).collect();
+        stages.sort_by(|a, b| self.c[*a].total_cmp(&self.c[*b]).then(a.cmp(b)));
+        stages.dedup();
+        stages
     }
 }
 

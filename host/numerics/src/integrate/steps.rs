@@ -21,6 +21,11 @@ pub(super) trait Stepper {
     /// included.
     fn seen(&self) -> &[f64];
 
+    /// The state at which the equations were evaluated at the share `seen()[number]` of the step made last, of size `h`.
+    fn felt(&self, number: usize, _h: f64, out: &mut [f64]) {
+        self.interpolate(self.seen()[number], out);
+    }
+
     /// Takes the rates at an accepted state that no step of this method has led to.
     fn start(&mut self, run: &mut Run<'_>, y: &[f64]) -> Result<(), Trouble>;
 
@@ -203,7 +208,8 @@ pub(super) fn steps_of_one_size(
         ordered_step(method, run, y, t_new)?;
         let inside = Inside::new(method, run, y, t_new, &events);
         let at = |share: f64, out: &mut [f64]| inside.state(share, out);
-        events.note_missed(run, &inside.interpolation(inside.method.seen(), &at))?;
+        let felt = |number: usize, out: &mut [f64]| inside.felt(number, out);
+        events.note_missed(run, &inside.interpolation(&at, &felt))?;
         finish_step(method, run, y, t_new, &mut scratch)?;
     }
     Ok(())
@@ -272,7 +278,8 @@ pub(super) fn adaptive_steps(
                 h = method.size_after_acceptance(tried, h, error);
                 let at = |share: f64, out: &mut [f64]| method.interpolate(share, out);
                 let degree = method.degree();
-                let step = Interpolation { start, h: run.t - start, end: run.t, degree, seen: &[], at: &at };
+                let step =
+                    Interpolation { start, h: run.t - start, end: run.t, degree, at: &at, seen: &[], felt: &|_, _| () };
                 let next = events.accepted(run, y, &mut stops, &step)?;
                 if !matches!(next, Next::Plain) {
                     stops.forget();
@@ -364,8 +371,8 @@ fn missed(
     }
     let inside = Inside::new(method, run, y, t_new, events);
     let at = |share: f64, out: &mut [f64]| inside.state(share, out);
-    let seen = if inside.own { method.seen() } else { &[0.0, 1.0] };
-    events.missed(run, y, &inside.interpolation(seen, &at))
+    let felt = |number: usize, out: &mut [f64]| inside.felt(number, out);
+    events.missed(run, y, &inside.interpolation(&at, &felt))
 }
 
 /// Whether the integration ends within the step just made.
@@ -381,7 +388,7 @@ fn stopped(
     }
     let inside = Inside::new(method, run, y, t_new, events);
     let at = |share: f64, out: &mut [f64]| inside.state(share, out);
-    stops.examine(run, y, &inside.interpolation(&[0.0, 1.0], &at))
+    stops.examine(run, y, &inside.interpolation(&at, &|_, _| ()))
 }
 
 /// Makes the step final: samples, `accept`, `step_done`; the rates anew where `accept` changed something.
@@ -429,8 +436,20 @@ impl<'a> Inside<'a> {
         hermite(share, self.h, [self.y, self.method.y_new()], self.method.rates(), out);
     }
 
-    fn interpolation<'b>(&self, seen: &'b [f64], at: &'b dyn Fn(f64, &mut [f64])) -> Interpolation<'b> {
+    fn seen(&self) -> &'a [f64] {
+        if self.own { self.method.seen() } else { &[0.0, 1.0] }
+    }
+
+    fn felt(&self, number: usize, out: &mut [f64]) {
+        if self.own { self.method.felt(number, self.h, out) } else { self.state(self.seen()[number], out) }
+    }
+
+    fn interpolation<'b>(
+        &'b self,
+        at: &'b dyn Fn(f64, &mut [f64]),
+        felt: &'b dyn Fn(usize, &mut [f64]),
+    ) -> Interpolation<'b> {
         let degree = if self.own { self.method.degree() } else { 3 };
-        Interpolation { start: self.start, h: self.h, end: self.t_new, degree, seen, at }
+        Interpolation { start: self.start, h: self.h, end: self.t_new, degree, at, seen: self.seen(), felt }
     }
 }

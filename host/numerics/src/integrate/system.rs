@@ -168,6 +168,11 @@ pub trait System {
         0.0
     }
 
+    /// The size that an entry of the state typically has, in its unit; not positive where none is known.
+    fn entry_size(&self, _entry: usize) -> f64 {
+        1.0
+    }
+
     /// How far an entry of the state may be off within the tolerance.
     fn resolution(&self, _entry: usize) -> f64 {
         0.0

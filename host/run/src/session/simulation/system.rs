@@ -256,16 +256,19 @@ impl System for Simulation<'_> {
         guarded.bank(of).values(t, entry, [&self.references, &self.discrete], &still, found);
     }
 
-    fn resolution(&self, entry: usize) -> f64 {
-        let size = match self.formulation.groups()[entry] {
+    fn entry_size(&self, entry: usize) -> f64 {
+        match self.formulation.groups()[entry] {
             Group::Position => self.scales.length_scale(),
             Group::Parameter => 1.0,
             Group::Velocity => self.scales.speed_scale(),
             Group::AngularVelocity => self.scales.spin_scale(),
             Group::State => self.state_sizes.largest()[entry + 1 + self.layout.states - self.dim()],
             Group::Work => self.largest_kinetic.max(self.least_energy),
-        };
-        self.tolerance * size
+        }
+    }
+
+    fn resolution(&self, entry: usize) -> f64 {
+        self.tolerance * self.entry_size(entry)
     }
 
     fn turning(&self, y: &[f64]) -> f64 {
