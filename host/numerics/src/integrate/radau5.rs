@@ -30,6 +30,8 @@ const NEAR_SAMPLE: f64 = 0.01;
 
 /// Share of a step by which its interpolation may be continued: its error goes with the distance from the end.
 const REACH: f64 = 1e-3;
+/// How many times as long as the last step one may be that starts from its polynomial.
+const MOST_CONTINUED: f64 = 10.0;
 
 /// Radau IIA with `S` stages, of order `2 S - 1`, after Hairer & Wanner, "Solving Ordinary Differential Equations II", 2nd ed. 1996, section IV.8
 /// and the programs RADAU5 and RADAU: simplified Newton iterations in transformed variables (a real and one or two complex linear
@@ -286,9 +288,10 @@ impl<const S: usize> Radau<S> {
         }
     }
 
-    /// Starts the iterations: the polynomial of the last step, continued.
+    /// Starts the iterations: the polynomial of the last step, continued; not of a step that is much shorter, of which nothing would
+    /// be left but its round-off, raised to a power. Sums, which the iterations do not correct, would keep that.
     fn guess(&mut self, h: f64) {
-        let Some(last) = self.control.polynomial_of else {
+        let Some(last) = self.control.polynomial_of.filter(|last| h <= MOST_CONTINUED * last) else {
             self.z.iter_mut().chain(&mut self.w).for_each(|vector| vector.fill(0.0));
             return;
         };
