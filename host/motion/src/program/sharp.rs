@@ -195,6 +195,8 @@ fn is_source(graph: &Graph, node: Node) -> bool {
 enum Stretch {
     /// Nothing: it is as smooth as geometry.
     Smooth,
+    /// It may step as the cosine of a direction does, x / sqrt(x^2 + h^2). Products of such are geometry.
+    Turns,
     /// It may step from one value to another, which is seen wherever the step is; or it follows straight from what is watched.
     Steps,
     /// It may rise and fall: it is watched.
@@ -240,7 +242,8 @@ fn stretch(graph: &Graph, expr: Expr, of: impl Fn(Node) -> Depends, known: impl 
     };
     let is_distance = |node: Node| matches!(graph.expr(node), Expr::Sqrt(a) if is_hill(a));
     let changes = |node: Node| of(node) != Depends::Nothing;
-    let is_sharp = |node: Node| known(node) != Stretch::Smooth;
+    let is_sharp = |node: Node| known(node) >= Stretch::Steps;
+    let follows = |node: Node| known(node).min(Stretch::Steps);
     let of_sharp = |sharp: bool| if sharp { Stretch::Rises } else { Stretch::Smooth };
     let power = |a: Node, n: f64| of_sharp(is_sharp(a) || n.abs() >= SHARP_POWER || n < 0.0 && moves(a) && is_hill(a));
     match expr {
@@ -250,27 +253,23 @@ fn stretch(graph: &Graph, expr: Expr, of: impl Fn(Node) -> Depends, known: impl 
         Expr::Powf(a, n) => power(a, f64::from_bits(n)),
         Expr::Sqrt(a) | Expr::Sin(a) | Expr::Cos(a) | Expr::Ln(a) => of_sharp(is_sharp(a)),
         Expr::Atan2(a, b) if is_sharp(a) || is_sharp(b) => Stretch::Rises,
-        Expr::Atan2(a, b) if changes(a) != changes(b) => Stretch::Steps,
+        Expr::Atan2(a, b) if changes(a) != changes(b) => Stretch::Turns,
         Expr::Div(_, b) if is_sharp(b) => Stretch::Rises,
         Expr::Div(a, b) if !moves(a) && moves(b) && has_hill(b) => Stretch::Rises,
         Expr::Div(a, b) if moves(b) && is_distance(b) => {
             if moves(a) {
-                Stretch::Steps
+                Stretch::Turns
             } else {
                 Stretch::Rises
             }
         }
-        Expr::Add(a, b) | Expr::Sub(a, b) | Expr::Mul(a, b) | Expr::Div(a, b) => {
-            match (is_sharp(a), is_sharp(b)) {
-                (true, true) => Stretch::Rises,
-                // With what stays as it is, it is as sharp as before.
-                (true, false) if !changes(b) => Stretch::Steps,
-                (false, true) if !changes(a) => Stretch::Steps,
-                _ => Stretch::Smooth,
-            }
-        }
-        Expr::Neg(a) if is_sharp(a) => Stretch::Steps,
-        Expr::Select(_, _, c, d) if is_sharp(c) || is_sharp(d) => Stretch::Steps,
+        Expr::Add(a, b) | Expr::Sub(a, b) if known(a).min(known(b)) != Stretch::Smooth => Stretch::Rises,
+        Expr::Mul(a, b) if is_sharp(a) && is_sharp(b) => Stretch::Rises,
+        // With what stays as it is, it is as sharp as before.
+        Expr::Add(a, b) | Expr::Sub(a, b) | Expr::Mul(a, b) | Expr::Div(a, b) if !changes(b) => follows(a),
+        Expr::Add(a, b) | Expr::Sub(a, b) | Expr::Mul(a, b) if !changes(a) => follows(b),
+        Expr::Neg(a) => follows(a),
+        Expr::Select(_, _, c, d) => follows(c).max(follows(d)),
         _ => Stretch::Smooth,
     }
 }
