@@ -76,6 +76,7 @@ fn two_four_bars_at_every_tolerance() {
 #[test]
 fn forty_four_bars_that_lose_forty_ranks() {
     four_bars(40, &["joint"], &[1e-6, 1e-9, 1e-12]);
+    four_bars(40, &["cartesian"], &[1e-6, 1e-9]);
 }
 
 fn body(name: &str, at: [f64; 2], more: &str) -> String {

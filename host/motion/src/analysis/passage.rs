@@ -339,7 +339,7 @@ impl Passage {
         mut ask: impl FnMut(&mut F, f64, &mut [f64], &mut [f64]) -> Result<(), AnalysisError>,
     ) -> Result<Way, AnalysisError> {
         let Some(gap) = self.find(form, t, state)? else { return Ok(Way::Past) };
-        for half in [gap.half, CLOSER * gap.half] {
+        for half in [gap.half, CLOSER * gap.half, CLOSER * CLOSER * gap.half] {
             match self.interpolate_over(form, t, state, &Gap { half, ..gap }, sum, &mut ask) {
                 Ok(missed) if missed <= MOST_CROSSED => return Ok(Way::Through),
                 Ok(_) => {}

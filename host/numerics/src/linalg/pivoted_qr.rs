@@ -1,5 +1,8 @@
 //! Householder QR with column pivoting for matrices of unknown rank, dense or sparse.
 
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
 use super::{LinalgError, check_length, two_norm};
 
 mod sparse;
@@ -12,9 +15,15 @@ use stored::Stored;
 /// consists of round-off, and scaling it to unit length would invent a direction.
 const NEGLIGIBLE_COLUMN: f64 = 1e-14;
 
+/// Share of a column that has to be left for it to be taken, in sparse storage, for the few entries that it has; and share of the
+/// largest remainder, where less is left of all. The nearer to one, the more surely rows that depend on others, but for the distance
+/// from their manifold, come last.
+const CLEARLY_INDEPENDENT: f64 = 1e-3;
+const NEARLY_AS_LARGE: f64 = 0.5;
+
 /// Cost of a dense factorisation, rows times squared columns, from which on, and entries, as a share of all, up to which what is
 /// zero is not stored.
-const HEAVY: f64 = 5e6;
+const HEAVY: f64 = 2e6;
 const FEW_ENTRIES: f64 = 0.1;
 
 /// `S A D P = Q R` of a matrix `A` (`rows x columns`).
@@ -23,8 +32,10 @@ const FEW_ENTRIES: f64 = 0.1;
 /// first (Businger & Golub 1965), and the factorisation stops where every remainder is at or
 /// below the tolerance: that is the rank. Remainders are down-dated, and recomputed where
 /// cancellation would spoil them, after Drmac & Bujanovic (ACM TOMS 35, 2008; LAPACK dgeqp3).
-/// `S` orders rows so that the errors of each are round-off of that row, however much rows differ in size. It is what dense and
-/// sparse storage differ in; pivots and `R` are the same.
+/// `S` orders rows so that the errors of each are round-off of that row, however much rows differ in size.
+///
+/// With sparse storage, of the columns that are clearly independent, and then of those with nearly the largest remainder, the one
+/// with the fewest entries left is taken, as in sparse LU factorisations (Duff, Erisman & Reid 1986, section 5.4).
 ///
 /// Columns may be split in two groups, see [`PivotedQr::set_first_group`].
 ///
@@ -50,6 +61,11 @@ pub struct PivotedQr {
     scale: Vec<f64>,
     /// `P`: column of `A` at each place.
     order: Vec<usize>,
+    /// The inverse of it.
+    place: Vec<usize>,
+    /// Columns of the second and of the first group that may be clearly independent, with the entries that they had in open rows when
+    /// they were last changed.
+    cheap: [BinaryHeap<Reverse<(usize, usize)>>; 2],
     /// Length of what remains of each column, down-dated.
     remainder: Vec<f64>,
     /// The same when it was last computed from the entries.
@@ -96,6 +112,8 @@ impl PivotedQr {
             lengths: Vec::new(),
             scale: vec![1.0; columns],
             order: (0..columns).collect(),
+            place: (0..columns).collect(),
+            cheap: Default::default(),
             remainder: vec![0.0; columns],
             remainder_computed: vec![0.0; columns],
             rank: 0,
@@ -169,8 +187,10 @@ impl PivotedQr {
         }
         self.scale_columns()?;
         self.stored.begin();
+        self.cheap.iter_mut().for_each(BinaryHeap::clear);
+        (0..self.columns).for_each(|column| self.offer(column));
         self.rank = 0;
-        self.smallest_pivot = 1.0;
+        (self.smallest_pivot, self.largest_dropped) = (1.0, 0.0);
 
         // Columns have length one (or zero) unless lengths were given, so the largest pivot is one too, or near one.
         while self.rank < self.rows.min(self.columns).min(self.rank_limit) {
@@ -187,13 +207,14 @@ impl PivotedQr {
                 continue;
             }
             self.order.swap(k, place);
+            (self.place[column], self.place[self.order[place]]) = (k, place);
             self.reflect(k, length);
             self.smallest_pivot = self.smallest_pivot.min(length);
             self.rank += 1;
         }
         let rank = self.rank;
-        self.largest_dropped =
-            self.dependent_columns().iter().map(|column| self.length(*column, rank)).fold(0.0, f64::max);
+        let dropped = self.dependent_columns().iter().map(|column| self.length(*column, rank));
+        self.largest_dropped = dropped.fold(self.largest_dropped, f64::max);
         self.factored = true;
         Ok(())
     }
@@ -396,18 +417,61 @@ impl PivotedQr {
             self.scale[column] = if negligible { 1.0 } else { 1.0 / unit };
             self.remainder[column] = if negligible { 0.0 } else { length / unit };
             self.remainder_computed[column] = self.remainder[column];
-            self.order[column] = column;
+            (self.order[column], self.place[column]) = (column, column);
         }
         Ok(())
     }
 
-    /// Place of the column with the largest remainder, first group first; `None` if no
-    /// remainder is above the tolerance.
-    fn choose_pivot(&self, k: usize) -> Option<usize> {
-        let places = |first_group: bool| {
-            (k..self.columns).filter(move |place| self.in_first_group[self.order[*place]] == first_group)
-        };
-        self.largest(places(true)).or_else(|| self.largest(places(false)))
+    /// Place of the column to take next, first group first; `None` if no remainder is above the tolerance.
+    fn choose_pivot(&mut self, k: usize) -> Option<usize> {
+        [true, false].into_iter().find_map(|first_group| {
+            let cheap = self.cheapest(k, first_group);
+            cheap.or_else(|| {
+                let places =
+                    || (k..self.columns).filter(|place| self.in_first_group[self.order[*place]] == first_group);
+                let largest = self.largest(places())?;
+                let Stored::Sparse(stored) = &self.stored else { return Some(largest) };
+                let enough = NEARLY_AS_LARGE * self.remainder[self.order[largest]];
+                let nearly = places().filter(|place| self.remainder[self.order[*place]] > enough.max(self.tolerance));
+                nearly.min_by_key(|place| (stored.entries_left(self.order[*place]), self.order[*place]))
+            })
+        })
+    }
+
+    /// Of the columns of a group that are clearly independent, in sparse storage, the place of the one with the fewest entries.
+    fn cheapest(&mut self, k: usize, first_group: bool) -> Option<usize> {
+        let Stored::Sparse(stored) = &self.stored else { return None };
+        let cheap = &mut self.cheap[usize::from(first_group)];
+        while let Some(Reverse((entries, column))) = cheap.peek() {
+            let place = self.place[*column];
+            if place >= k && *entries == stored.entries_left(*column) && self.remainder[*column] >= CLEARLY_INDEPENDENT
+            {
+                return Some(place);
+            }
+            cheap.pop();
+        }
+        None
+    }
+
+    /// Leaves out, in sparse storage, what is left of a column that cannot be taken: it depends on those before it but for round-off,
+    /// which would go through the rest of the factorisation with an entry in ever more rows.
+    fn give_up(&mut self, column: usize) {
+        let Stored::Sparse(stored) = &mut self.stored else { return };
+        let most = if self.in_first_group[column] { self.tolerance } else { self.tolerance.max(NEGLIGIBLE_COLUMN) };
+        if self.remainder[column] <= most {
+            self.largest_dropped = self.largest_dropped.max(self.remainder[column]);
+            stored.give_up(column);
+        }
+    }
+
+    /// Puts a column among the cheap ones, with the entries that it has now.
+    fn offer(&mut self, column: usize) {
+        if let Stored::Sparse(stored) = &self.stored
+            && self.remainder[column] >= CLEARLY_INDEPENDENT
+        {
+            let group = usize::from(self.in_first_group[column]);
+            self.cheap[group].push(Reverse((stored.entries_left(column), column)));
+        }
     }
 
     /// The first of the places with the largest remainder above the tolerance.
@@ -430,6 +494,8 @@ impl PivotedQr {
         self.tau[k] = self.stored.reflect((k, column), length, remaining, &mut changed);
         for (column, head) in &changed {
             self.down_date(*column, k, *head);
+            self.offer(*column);
+            self.give_up(*column);
         }
         self.changed = changed;
     }

@@ -20,6 +20,7 @@ pub(super) struct SparseColumns {
     /// Groups of rows (see [`find_root`]), and by root the columns that may have an entry in a row of the group.
     group: Vec<usize>,
     members: Vec<Vec<usize>>,
+    /// Whether a column has been taken or given up.
     taken: Vec<bool>,
     /// Whether a row has been left, or a column is in hand.
     is_left: Vec<bool>,
@@ -65,6 +66,17 @@ impl SparseColumns {
 
     pub(super) fn divide(&mut self, column: usize, by: f64) {
         self.open[column].iter_mut().for_each(|(_, value)| *value /= by);
+    }
+
+    /// What is left of a column is not changed any more.
+    pub(super) fn give_up(&mut self, column: usize) {
+        self.taken[column] = true;
+        self.open[column].clear();
+    }
+
+    /// Entries that a column has in open rows.
+    pub(super) fn entries_left(&self, column: usize) -> usize {
+        self.open[column].len()
     }
 
     pub(super) fn vanish(&mut self, column: usize) {
