@@ -4,6 +4,8 @@
 //! A method sees its functions at a few places of a step. What happens between them is bounded where it may be sharp; smooth
 //! functions of the coordinates (sines, products, roots) are left to error control.
 
+use std::collections::BTreeMap;
+
 use element_api::Table;
 use element_api::table::Outside;
 use odyn_graph::{Expr, Graph, Node};
@@ -84,6 +86,7 @@ impl Sharp {
         let depends = dependence(graph, &live, layout);
         let of = |node: Node| depends[node.0 as usize];
         let stretches = stretches(graph, &live, of);
+        let chosen = only_chosen(graph, &live, &roots);
         let mut found = Self::default();
         let mut parts: FxHashSet<Node> = FxHashSet::default();
         let mut known: FxHashSet<(Node, Node)> = FxHashSet::default();
@@ -109,7 +112,9 @@ impl Sharp {
                 }
                 Depends::Time => {
                     // A pulse may be small beside what it is added to.
-                    if stretches[node.0 as usize] == Stretch::Rises || is_pulse(graph, expr, of) {
+                    if stretches[node.0 as usize] == Stretch::Rises
+                        || is_pulse(graph, expr, of) && !chosen[node.0 as usize]
+                    {
                         parts.insert(*node);
                     }
                     match expr {
@@ -135,6 +140,25 @@ impl Sharp {
         found.of_time = parts.into_iter().filter(|node| !matches!(graph.expr(*node), Expr::Input(_))).collect();
         found.of_time.sort_unstable();
         found
+    }
+
+    /// The conditions that depend on nothing but time: those that compare one function of time with several numbers, as a table with
+    /// jumps does, as the break points of a table, which are found however many there are; and the others.
+    #[must_use]
+    pub fn jumps(&self, graph: &Graph) -> (Vec<(Node, Knots)>, Vec<(Node, Node)>) {
+        let mut jumps: BTreeMap<Node, Vec<f64>> = BTreeMap::new();
+        for (a, b) in &self.conditions {
+            jumps.entry(*a).or_default().extend(graph.value(*b));
+        }
+        jumps.retain(|_, breaks| breaks.len() > 1);
+        let is_other = |(a, b): &(Node, Node)| !(jumps.contains_key(a) && graph.value(*b).is_some());
+        let others = self.conditions.iter().copied().filter(is_other).collect();
+        let knots = jumps.into_iter().map(|(at, mut breaks)| {
+            breaks.sort_by(f64::total_cmp);
+            breaks.dedup();
+            (at, Knots { breaks, period: None })
+        });
+        (knots.collect(), others)
     }
 }
 
@@ -281,6 +305,19 @@ fn is_pulse(graph: &Graph, expr: Expr, of: impl Fn(Node) -> Depends) -> bool {
         Expr::Div(_, b) => of(b) == Depends::Time && !matches!(graph.expr(b), Expr::Input(_)),
         _ => false,
     }
+}
+
+/// Whether nodes serve as alternatives of choices alone, which are watched themselves.
+fn only_chosen(graph: &Graph, live: &[Node], roots: &[Node]) -> Vec<bool> {
+    let mut chosen = vec![true; live.last().map_or(0, |node| node.0 as usize + 1)];
+    roots.iter().for_each(|root| chosen[root.0 as usize] = false);
+    for node in live {
+        match graph.expr(*node) {
+            Expr::Select(a, b, ..) => [a, b].into_iter().for_each(|side| chosen[side.0 as usize] = false),
+            _ => graph.operands(*node, |operand| chosen[operand.0 as usize] = false),
+        }
+    }
+    chosen
 }
 
 /// What each of these nodes, and of those below them, depends on.

@@ -199,13 +199,13 @@ impl Watching {
         let angles = of_carried(equations, angles);
         let g = &mut equations.graph;
         let mut of_time = Vec::new();
-        for (a, b) in &self.sharp.conditions {
-            of_time.push(g.sub(*a, *b));
+        let (jumps, switches) = self.sharp.jumps(g);
+        for (a, b) in switches {
+            of_time.push(g.sub(a, b));
             guards.of_time.push(Guard::Switch);
         }
-        for (at, knots) in &self.sharp.knots {
-            of_time.push(*at);
-            let knots = knots.clone();
+        for (at, knots) in self.sharp.knots.iter().cloned().chain(jumps) {
+            of_time.push(at);
             guards.of_time.push(Guard::Knots(Arc::new(move |x| knots.around(x))));
         }
         for node in &self.sharp.of_time {

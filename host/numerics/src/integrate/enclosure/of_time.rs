@@ -43,7 +43,7 @@ impl Enclosure {
     fn first_sharp(&mut self, run: &mut Run<'_>, start: f64, end: f64, seen: &[f64]) -> Option<f64> {
         let n = self.of_time.len();
         let h = end - start;
-        enclose_time(run, Range::even(start, end), &mut self.ranges[..n]);
+        enclose_time(run, Range::even(start, end), &|_| true, &mut self.ranges[..n]);
         let feature = |guard: &Guard| matches!(guard, Guard::Feature);
         let sound = |k: usize, range: &Range, size: f64| {
             !feature(&self.of_time[k]) || range.is_monotone() || range.value.width() <= NEGLIGIBLE * size
@@ -69,7 +69,7 @@ impl Enclosure {
         while let Some((from, to, depth)) = pieces.pop() {
             count += 1;
             values_at_time(run, start + to * h, &mut lasts);
-            enclose_time(run, Range::even(start + from * h, start + to * h), &mut self.ranges[..n]);
+            enclose_time(run, Range::even(start + from * h, start + to * h), &|_| true, &mut self.ranges[..n]);
             let mut wide = false;
             for k in (0..n).filter(|k| feature(&self.of_time[*k])) {
                 let (first, last) = (firsts[k], lasts[k]);
@@ -132,7 +132,7 @@ impl Enclosure {
         let mut ranges = std::mem::take(&mut self.ranges);
         let mut holds = |run: &mut Run<'_>, from: f64, to: f64| {
             let t = if from == to { Range::still(from) } else { Range::even(from, to) };
-            enclose_time(run, t, &mut ranges[..n]);
+            enclose_time(run, t, &|k| bounds[k].is_some(), &mut ranges[..n]);
             stays(&ranges[..n])
         };
         // The pieces from the left; the first one that is not proved to stay is halved, down to neighbours.
@@ -183,9 +183,9 @@ impl Enclosure {
     }
 }
 
-/// The ranges of what depends on time alone.
-fn enclose_time(run: &mut Run<'_>, t: Range, found: &mut [Range]) {
-    run.system.enclose(Watched::Time, t, &|_| Range::UNKNOWN, &|_| true, found);
+/// The ranges of what depends on time alone, as far as they are wanted.
+fn enclose_time(run: &mut Run<'_>, t: Range, wanted: &dyn Fn(usize) -> bool, found: &mut [Range]) {
+    run.system.enclose(Watched::Time, t, &|_| Range::UNKNOWN, wanted, found);
 }
 
 /// Its values at a time.
