@@ -560,6 +560,73 @@ fn a_brake_gives_way_to_a_torque_that_sets_in_late() {
     }
 }
 
+/// A rotor of 2 kg m^2 at 1 rad/s (or less, so that it turns a hundred rad) that a brake stops, or that a motor takes up with another one by way of a freewheel: so late, for how quickly
+/// that is done, that the last change of speed is more than times can be told apart by.
+#[test]
+fn brakes_and_freewheels_act_however_late_and_quickly() {
+    let text = |more: &str, (late, until, spin): (f64, f64, f64)| {
+        let body = |name: &str, spin: f64| {
+            format!(
+                "[[body]]\nname = \"{name}\"\nmass = 1\ninertia = [1, 1, 2]\nangular_velocity = [0, 0, {spin:?}]\n\
+                 [[joint]]\nname = \"bearing_{name}\"\ntype = \"revolute\"\nbodies = [\"ground\", \"{name}\"]\naxis = [0, 0, 1]\n\
+                 [[output]]\nname = \"{name}\"\nquantity = \"coordinate_rate\"\nof = \"bearing_{name}\"\n"
+            )
+        };
+        format!(
+            "[plugins]\nlibraries = [\"joints\", \"forces\", \"controls\"]\n[simulation]\nt_end = {until:?}\noutput_step = {until:?}\n\
+             tolerance = 1e-9\n{}{}{more}[[output]]\nname = \"angle\"\nquantity = \"coordinate\"\nof = \"bearing_b\"\n",
+            body("a", 0.0),
+            body("b", spin)
+        )
+        .replace("LATE", &format!("{late:?}"))
+    };
+    for (late, quick, lasts) in [
+        (1.0, 1e6, 1.0),
+        (1.0, 1e8, 1.0),
+        (1000.0, 1e4, 1.0),
+        (86400.0, 5.0, 1.0),
+        (86400.0, 100.0, 1.0),
+        // Early in a long run, whose last step is known to as much.
+        (1.0, 1e6, 3e3),
+    ] {
+        let (until, spin) = (late + lasts, f64::min(100.0 / late, 1.0));
+        let torque = 2.0 * spin * quick;
+        let by_time = "signal-source\"\nparams.function = { points = [[0, 0], [LATE, 1]], interpolation = \"steps\" }";
+        let by_angle = "relay\"\ninputs.input = \"angle\"\nparams = { lower = 0, upper = 1, on = 1, off = 0 }";
+        let brake = |bolt: &str| {
+            format!(
+                "[[control]]\nname = \"bolt\"\ntype = \"{bolt}\n\
+                 [[joint]]\nname = \"brake\"\ntype = \"clutch\"\nbodies = [\"ground\", \"b\"]\naxis = [0, 0, 1]\nparams.capacity = 0\n\
+                 inputs.engagement = {{ signal = \"bolt.output\", gain = \"{torque:?} N m\" }}\n"
+            )
+        };
+        let freewheel = format!(
+            "[[joint]]\nname = \"freewheel\"\ntype = \"freewheel\"\nbodies = [\"a\", \"b\"]\naxis = [0, 0, 1]\n\
+             [[force]]\nname = \"motor\"\ntype = \"rotational-actuator\"\nbodies = [\"ground\", \"a\"]\naxis = [0, 0, 1]\n\
+             params.of_time = {{ points = [[0, 0], [LATE, {torque:?}], [{:?}, 0]], interpolation = \"steps\" }}\n",
+            late + 2.0 / quick
+        );
+        let known = 1e-8 + quick * 4.0 * f64::EPSILON * late;
+        for formulation in ["joint", "cartesian"] {
+            let last = |more: &str| {
+                let sets = &[&*format!("simulation.formulation=\"{formulation}\"")];
+                let report = run(&text(more, (late, until, spin)), sets);
+                ["a", "b", "angle"].map(|name| *column(&report, name).last().unwrap())
+            };
+            // It stops within 1 / quick, and turns by half as much as it would meanwhile.
+            for bolt in [by_time, by_angle].iter().take(if late == 1.0 { 2 } else { 1 }) {
+                let [_, b, angle] = last(&brake(bolt));
+                near(b, 0.0, 1e-12);
+                near(angle, spin * (late + 0.5 / quick), 1e-8);
+            }
+            // Half of the time takes one of them to the speed of the other, the rest both to half as much again.
+            let [a, b, _] = last(&freewheel);
+            near(a, b, 1e-12);
+            near(b / spin, 1.5, known);
+        }
+    }
+}
+
 /// Two feet on vertical springs under a chassis in a plane, one of which lands first: tied together, they hardly move against each other
 /// (8.6e-6 m/s), however fast the chassis turns on them (0.019 rad/s). Taken for an error, ending that motion took impulses of 11 920 N s along
 /// the ground and pulled one of the feet down.

@@ -67,6 +67,8 @@ pub struct Contacts {
     entries: Vec<std::ops::Range<usize>>,
     /// Those that always hold.
     always: Vec<usize>,
+    /// What the rate of each row may be off by: see [`Contacts::note_changes`].
+    unresolved: Vec<f64>,
     structure: KktStructure,
     clusters: Clusters,
     mass: Vec<f64>,
@@ -76,13 +78,16 @@ pub struct Contacts {
 }
 
 /// A contact at a state.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Gap {
     /// Its value; zero for a row on velocities.
     pub value: f64,
     /// Its rate.
     pub rate: f64,
-    /// The largest rate of the rows that stick while it is closed, whatever it takes, over the length of its gradient.
+    /// What that may be off by: see [`Contacts::note_changes`].
+    pub unresolved: f64,
+    /// The largest rate of the rows that stick while it is closed, whatever it takes, beyond what it may be off by, over the length of its
+    /// gradient.
     pub slip: f64,
     /// Length of its gradient, rotations taken on the length of the scene: value over size is a distance.
     pub size: f64,
@@ -106,7 +111,12 @@ impl Gap {
     /// Whether it closes, where speeds are of this size.
     #[must_use]
     pub fn approaches(&self, speed: f64) -> bool {
-        self.rate < -NO_SPEED * speed * self.size
+        self.rate < -self.no_rate(speed)
+    }
+
+    /// How fast it may be without moving.
+    fn no_rate(&self, speed: f64) -> f64 {
+        (NO_SPEED * speed * self.size).max(self.unresolved)
     }
 
     /// Whether it comes as fast as another, but for this difference, m/s: as they are, like feet of a table that falls flat, or relative to
@@ -121,7 +131,7 @@ impl Gap {
     /// Whether an impulse ends what slides although it cannot, where speeds are of this size: if it touches and does not part.
     #[must_use]
     pub fn grips(&self, speed: f64) -> bool {
-        self.rate <= NO_SPEED * speed * self.size && self.slip > NO_SPEED * speed
+        self.rate <= self.no_rate(speed) && self.slip > NO_SPEED * speed
     }
 }
 
@@ -148,6 +158,8 @@ pub struct Meeting {
     turns: Cell<usize>,
     restitution: Vec<f64>,
     sizes: Vec<f64>,
+    /// What the rates of the rows may be off by: see [`Contacts::note_changes`].
+    unresolved: Vec<f64>,
     /// Delassus' matrix of bodies that all have the same mass: what rows have to do with each other, as a question of geometry.
     geometry: DMatrix<f64>,
     bearing: Bearing,
@@ -190,6 +202,7 @@ impl Contacts {
             contacts: equations.contacts.clone(),
             frictions: equations.frictions.clone(),
             gone: equations.switching_rows().map(|row| equations.is_gone(row)).collect(),
+            unresolved: vec![0.0; all.len()],
             rows,
             entries,
             always,
@@ -205,17 +218,21 @@ impl Contacts {
         self.rows.evaluate(inputs, sets)?;
         let gap = |(number, contact): (usize, &Contact)| {
             if self.gone[number] {
-                return Gap { value: f64::INFINITY, rate: 0.0, slip: 0.0, size: 1.0, of_velocities: false };
+                return Gap { value: f64::INFINITY, size: 1.0, ..Gap::default() };
             }
             let rate = |row: usize| {
                 let entries = self.row(row);
                 let rate: f64 = entries.iter().map(|(column, slope)| slope * velocities[*column]).sum();
                 (rate + self.rows.function(1)[row], self.size(&entries))
             };
-            let slips = contact.sticking.iter().map(|row| rate(*row)).map(|(rate, size)| rate.abs() / size);
-            let (row, slip) = (contact.row, slips.fold(0.0, f64::max));
+            let slip = |row: usize| {
+                let (rate, size) = rate(row);
+                (rate.abs() - self.unresolved[row]) / size
+            };
+            let (row, slip) = (contact.row, contact.sticking.iter().map(|row| slip(*row)).fold(0.0, f64::max));
             let (rate, size) = rate(row);
-            Gap { value: self.rows.function(0)[row], rate, slip, size, of_velocities: contact.of_velocities }
+            let (value, unresolved) = (self.rows.function(0)[row], self.unresolved[row]);
+            Gap { value, rate, unresolved, slip, size, of_velocities: contact.of_velocities }
         };
         Ok(self.contacts.iter().enumerate().map(gap).collect())
     }
@@ -243,6 +260,27 @@ impl Contacts {
     pub fn gammas(&mut self, inputs: &[f64], sets: &Sets) -> Result<&[f64], AnalysisError> {
         self.rows.evaluate(inputs, sets)?;
         Ok(self.rows.function(2))
+    }
+
+    /// Takes note of what the rates of rows may be off by where contacts meet: what they change by within `instant`, s, which is how exactly
+    /// the time of that is known, where bodies have these accelerations before it, six each. What comes to rest late and quickly does so to
+    /// that. `again`: it is the instant noted last, where the larger counts.
+    ///
+    /// # Errors
+    /// What an opaque element did wrong.
+    pub fn note_changes(
+        &mut self,
+        (inputs, of_bodies): (&[f64], &[f64]),
+        sets: &Sets,
+        (instant, again): (f64, bool),
+    ) -> Result<(), AnalysisError> {
+        self.rows.evaluate(inputs, sets)?;
+        let of_contacts = self.contacts.iter().flat_map(Contact::rows);
+        for row in of_contacts.chain(self.frictions.iter().flat_map(|friction| friction.rows.iter().copied())) {
+            let change = instant * (dot(&self.row(row), of_bodies) - self.rows.function(2)[row]).abs();
+            self.unresolved[row] = if again { change.max(self.unresolved[row]) } else { change };
+        }
+        Ok(())
     }
 
     /// The program of all rows, with how often it was run.
@@ -369,6 +407,7 @@ impl Contacts {
             bearing,
             restitution: touching.iter().map(|k| self.contacts[*k].restitution).collect(),
             sizes,
+            unresolved: rows.iter().map(|row| self.unresolved[*row]).collect(),
             impulses: DVector::zeros(rows.len()),
             touching: touching.to_vec(),
             grips,
@@ -425,7 +464,8 @@ impl Meeting {
 
     /// How fast it may approach without doing so, where speeds are of this size.
     fn no_rate(&self, k: usize, speed: f64) -> f64 {
-        NO_SPEED * speed * self.sizes[self.first[k]]
+        let row = self.first[k];
+        (NO_SPEED * speed * self.sizes[row]).max(self.unresolved[row])
     }
 
     /// Whether the k-th of them approaches, where speeds are of this size.

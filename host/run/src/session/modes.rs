@@ -267,7 +267,7 @@ impl Run<'_> {
             return Ok(());
         }
         loop {
-            self.settle_contacts()?;
+            self.settle_contacts(to)?;
             if self.system.let_jump(self.time, &mut self.state, false)? == Jumped::Yes {
                 continue;
             }
@@ -314,9 +314,9 @@ impl Run<'_> {
         })
     }
 
-    fn settle_contacts(&mut self) -> Result<(), Met> {
+    fn settle_contacts(&mut self, to: f64) -> Result<(), Met> {
         let t = self.time;
-        let mut closed = self.system.meet(t, &mut self.state)?;
+        let mut closed = self.system.meet((t, to), &mut self.state)?;
         self.system.want_jacobian(self.wants_jacobian());
         loop {
             if !self.system.adopt(&closed, t, &self.state)? {

@@ -264,7 +264,12 @@ impl Meeting {
     pub(super) fn no_slip(&self, grip: &Grip, speed: f64) -> f64 {
         let size = grip.largest(|row| self.sizes[row]);
         let none = if grip.rows.len() > 1 && !grip.moves { self.still.max(super::NO_SPEED) } else { super::NO_SPEED };
-        none * speed * size
+        (none * speed * size).max(self.unresolved_of(grip))
+    }
+
+    /// What the rates of its rows may be off by: see [`Contacts::note_changes`](super::Contacts::note_changes).
+    pub(super) fn unresolved_of(&self, grip: &Grip) -> f64 {
+        grip.largest(|row| self.unresolved[row])
     }
 
     /// Those that take part in a decision about accelerations, which are `of_rows` while nothing acts along these; `none` is what is none.

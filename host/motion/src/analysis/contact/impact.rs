@@ -218,7 +218,9 @@ impl Meeting {
         let slip = |grip: &Grip| norm(pair(&grip.rows, |row| self.rates[row] / self.sizes[row]));
         let holds = |grip: &&Grip| pattern.sticking.contains(&grip.number);
         let resting = self.grips.iter().filter(holds).chain(self.beginning(pattern, speed));
-        let moving: Vec<&Grip> = resting.filter(|grip| !grip.fixed && slip(grip) > NO_SPEED * speed).collect();
+        let is_fast = |grip: &Grip| norm(pair(&grip.rows, |row| self.rates[row])) > self.unresolved_of(grip);
+        let is_moving = |grip: &&Grip| !grip.fixed && slip(grip) > NO_SPEED * speed && is_fast(grip);
+        let moving: Vec<&Grip> = resting.filter(is_moving).collect();
         let Some(fastest) = moving.iter().max_by(|a, b| slip(a).total_cmp(&slip(b))) else { return false };
         let number = fastest.number;
         let mut rates = DVector::zeros(self.rows.len());

@@ -66,6 +66,7 @@ fn meeting(n: usize, jacobian: &DMatrix<f64>, gives_way: &[f64]) -> Meeting {
         around: vec![1.0; rows],
         restitution: vec![0.0; n],
         sizes: (0..rows).map(|row| geometry[(row, row)].sqrt()).collect(),
+        unresolved: vec![0.0; rows],
         geometry,
         rows: (0..rows).collect(),
         first: (0..=n).collect(),

@@ -19,6 +19,8 @@ const MOST_MODES: usize = 64;
 
 /// How exactly times are known, as a share of them: what moves fast is not located to round-off of its position.
 pub(super) const INSTANT: f64 = 64.0 * f64::EPSILON;
+/// The same of the time that steps lead up to: no step is smaller than 10/16 of that.
+const LAST_INSTANT: f64 = 16.0 * f64::EPSILON;
 /// Height below which bouncing is none, as a share of the size of the scene, where the tolerance is smaller.
 pub(super) const LOW: f64 = 1e-10;
 /// How deep a contact may be at the start, as a share of the size of the scene.
@@ -98,8 +100,9 @@ pub(super) struct Touch {
     /// Size of gravity, m/s^2, and the weights of bodies, six each.
     pub(super) gravity: f64,
     pub(super) weights: Vec<f64>,
-    /// Time of the last event, and how many there were before it at the same time.
+    /// Time of the last event, how exactly that is known, s, and how many there were before it at the same time.
     met_at: f64,
+    pub(super) instant: f64,
     pub(super) at_once: u32,
 }
 
@@ -157,6 +160,7 @@ impl Touch {
             gravity: model.gravity.norm(),
             weights: weights(model),
             met_at: f64::NAN,
+            instant: 0.0,
             at_once: 0,
         }))
     }
@@ -311,7 +315,7 @@ impl Simulation<'_> {
     /// An open contact that is on the wrong side.
     fn passed(&self, values: &[f64]) -> Option<AnalysisError> {
         let touch = self.touch.as_ref()?;
-        let sizes = [self.scales.length, self.scales.speed_scale()];
+        let sizes = [self.scales.length, self.speed()];
         let is_off = |k: &usize| !touch.closed.contains(k) && !touch.contacts.is_gone(*k);
         let is_passed = |k: &usize| values[*k] < -PASSED * touch.size_of(*k, sizes) && is_off(k);
         let found = (0..values.len()).find(is_passed);
@@ -359,15 +363,23 @@ impl Simulation<'_> {
         Ok(gaps.iter().any(|gap| gap.touches(near, instant) && (gap.approaches(speed) || gap.grips(speed))))
     }
 
-    /// What happens to the contacts at an accepted state: impacts change its velocities. Gives those that are closed from here on.
+    /// What happens to the contacts at an accepted state of a run that goes up to a time, s: impacts change its velocities. Gives those that
+    /// are closed from here on.
     ///
     /// # Errors
     /// [`AnalysisError::NotSettled`]; see [`AnalysisError`].
-    pub(in crate::session) fn meet(&mut self, t: f64, state: &mut [f64]) -> Result<Vec<usize>, AnalysisError> {
+    pub(in crate::session) fn meet(
+        &mut self,
+        (t, to): (f64, f64),
+        state: &mut [f64],
+    ) -> Result<Vec<usize>, AnalysisError> {
         let Some(touch) = &mut self.touch else { return Ok(Vec::new()) };
         touch.at_once = if touch.met_at == t { touch.at_once + 1 } else { 0 };
         touch.met_at = t;
+        touch.instant = (INSTANT * t.abs()).max(LAST_INSTANT * to.abs());
         touch.pressed.meet(touch.at_once > 0);
+        self.note_changes(t, state)?;
+        let Some(touch) = &mut self.touch else { return Ok(Vec::new()) };
         let (before, beyond) = (touch.closed.clone(), touch.at_once.saturating_sub(MOST_AT_ONCE));
         let stuck: Vec<usize> = before.iter().filter_map(|k| k.checked_sub(touch.first_friction())).collect();
         // Everything is said from where all contacts are open, and nothing slides.
@@ -383,6 +395,18 @@ impl Simulation<'_> {
             self.adopt(&before, t, state)?;
         }
         result
+    }
+
+    /// Takes note of how far the rates of what touches and slides are known where they meet, by how these changed until then.
+    fn note_changes(&mut self, t: f64, state: &[f64]) -> Result<(), AnalysisError> {
+        let traces = self.formulation.traces();
+        let inputs = self.formulation.observe(t, state, true)?.inputs.to_vec();
+        self.formulation.forget_since(&traces);
+        let slot = self.layout.acceleration_slot();
+        let accelerations = &inputs[slot..slot + self.layout.velocities()];
+        let Some(touch) = &mut self.touch else { return Ok(()) };
+        let instant = (touch.instant, touch.at_once > 0);
+        touch.contacts.note_changes((&inputs, accelerations), self.formulation.sets(), instant)
     }
 
     /// Reports what happened at an instant.

@@ -3,7 +3,7 @@
 use nalgebra::DVector;
 
 use super::Simulation;
-use super::contacts::{INSTANT, Touch};
+use super::contacts::Touch;
 use super::frictions::Sliding;
 use super::levels::LEAST_TOUCHING;
 use crate::analysis::{
@@ -127,7 +127,7 @@ impl Simulation<'_> {
         let Some(touch) = &mut self.touch else { return Ok(None) };
         let gaps = touch.contacts.look(&inputs, &velocities, self.formulation.sets())?;
         touch.gradients = touch.contacts.sizes();
-        let touches = |gap: &ContactGap| gap.touches(near, INSTANT * t.abs());
+        let touches = |gap: &ContactGap| gap.touches(near, touch.instant);
         // Those that come as fast as the fastest that strikes, and are as near as places are known, strike with it.
         let relative = |gap: &ContactGap| gap.rate / gap.size;
         let striking = gaps.iter().filter(|gap| touches(gap) && gap.approaches(speed));
