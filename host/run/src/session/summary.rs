@@ -372,8 +372,8 @@ impl Session {
             TorqueOnThin { body } => (
                 body,
                 "has a principal moment of inertia that is zero",
-                "give the body the moment of inertia about this axis that it has, however small, or hold it by a joint that takes \
-                 the torque",
+                "give the body the moment of inertia about this axis that it has, no less than 1e-7 of its largest one, or hold it by a \
+                 joint that takes the torque",
             ),
             _ => return None,
         };
