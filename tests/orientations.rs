@@ -219,3 +219,86 @@ fn stops_begin_between_their_ends() {
         }
     }
 }
+
+/// Bodies that turn by 10 rad and more from one output to the next, on joints of all ways to turn: about an axis in either order, about two,
+/// about three, as a screw, as a gear.
+fn turning(step: f64) -> String {
+    let body = |name: &str, at: [f64; 3], spin: &str| {
+        let of = |e: &str| {
+            format!(
+                "[[output]]\nname = \"{name}_{e}\"\nquantity = \"orientation\"\nof = \"{name}\"\ncomponent = \"{e}\"\n"
+            )
+        };
+        let outputs: String = ["e0", "e1", "e2", "e3"].map(of).concat();
+        format!(
+            "[[body]]\nname = \"{name}\"\nmass = 1\ninertia = [1, 1.2, 1.5]\nposition = {at:?}\n{spin}\
+             orientation = {{ axis = [1, 2, 3], angle = 2.5 }}\n{outputs}"
+        )
+    };
+    let joint = |name: &str, kind: &str, bodies: &str, at: [f64; 3], more: &str| {
+        format!("[[joint]]\nname = \"{name}\"\ntype = \"{kind}\"\nbodies = {bodies}\npoint = {at:?}\n{more}\n")
+    };
+    format!(
+        "[plugins]\nlibraries = [\"joints\", \"forces\", \"controls\"]\n[simulation]\nt_end = 2\noutput_step = {step:?}\n\
+         [[control]]\nname = \"on\"\ntype = \"signal-source\"\n\
+         params.function = {{ points = [[0, 0], [1.1, 1]], interpolation = \"steps\" }}\n"
+    ) + &[
+        body("rotor", [0.0; 3], "angular_velocity = [0, 0, 40]\n"),
+        joint("hinge", "revolute", "[\"rotor\", \"ground\"]", [0.0; 3], "axis = [0, 0, 1]"),
+        // It stops on the way.
+        joint("brake", "clutch", "[\"rotor\", \"ground\"]", [0.0; 3], "axis = [0, 0, 1]\nparams.capacity = 0")
+            + "inputs.engagement = { signal = \"on.output\", gain = \"200 N m\" }\n",
+        body("pinion", [1.0, 0.0, 0.0], ""),
+        joint("bearing", "revolute", "[\"ground\", \"pinion\"]", [1.0, 0.0, 0.0], "axis = [0, 0, 1]"),
+        "[[joint]]\nname = \"mesh\"\ntype = \"gear\"\nbodies = [\"ground\", \"rotor\", \"ground\", \"pinion\"]\naxis = [0, 0, 1]\n\
+         points = [[0, 0, 0], [0, 0, 0], [1, 0, 0], [1, 0, 0]]\nparams = { radius_1 = 0.7, radius_2 = 0.3 }\n"
+            .to_owned(),
+        body("nut", [0.0, 3.0, 0.0], "angular_velocity = [30, 0, 0]\n"),
+        joint("thread", "screw", "[\"ground\", \"nut\"]", [0.0, 3.0, 0.0], "axis = [1, 0, 0]\nparams.pitch = 0.01"),
+        body("cross", [5.0, 0.0, 0.0], "angular_velocity = [0, 25, 0]\n"),
+        joint("pins", "universal", "[\"ground\", \"cross\"]", [5.0, 0.0, 0.0], "axes = [[0, 1, 0], [0, 0, 1]]"),
+        body("top", [5.0, 0.0, 0.0], "angular_velocity = [21, 3, 0]\n"),
+        joint("ball", "spherical", "[\"cross\", \"top\"]", [5.0, 0.0, 0.0], ""),
+    ]
+    .concat()
+}
+
+/// Whatever the coordinates, and however far bodies turn between two looks at them: of the two sets of Euler parameters it is that which
+/// continues from the start.
+#[test]
+fn euler_parameters_continue_however_far_bodies_turn() {
+    let run = |step: f64, set: &str| {
+        let sets = ["simulation.tolerance=1e-10", set];
+        let report = open_text(&turning(step), &sets).run(None, Box::new(|_| ()), &Default::default());
+        report.unwrap_or_else(|error| panic!("{set}: {error}"))
+    };
+    let exact = run(0.25, "simulation.formulation=cartesian");
+    assert_eq!(exact.summary.status, Status::Completed, "{}", exact.summary.reason);
+    for (step, set) in [
+        (0.25, "simulation.formulation=joint"),
+        (1.0, "simulation.formulation=joint"),
+        (2.0, "simulation.formulation=joint"),
+        (1.0, "simulation.method=radau5"),
+        (1.0, "simulation.formulation=cartesian"),
+    ] {
+        let found = run(step, set);
+        let every = (step / 0.25) as usize;
+        for (channel, (found, exact)) in found.channels.iter().zip(found.columns.iter().zip(&exact.columns)) {
+            for (k, found) in found.iter().enumerate() {
+                let off = (found - exact[every * k]).abs();
+                assert!(off < 1e-6, "{set}, {step} s: `{}` at {} s is off by {off:e}", channel.name, step * k as f64);
+            }
+        }
+    }
+    // The first turns by 40 rad in 1 s.
+    let angle = |axis: [f64; 3], angle: f64| {
+        let size = axis.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let [x, y, z] = axis.map(|x| x / size * (0.5 * angle).sin());
+        nalgebra::Quaternion::new((0.5 * angle).cos(), x, y, z)
+    };
+    let expected = angle([0.0, 0.0, 1.0], 40.0) * angle([1.0, 2.0, 3.0], 2.5);
+    let at = [expected.w, expected.i, expected.j, expected.k];
+    for (e, at) in at.into_iter().enumerate() {
+        assert!((exact.columns[e][4] - at).abs() < 1e-6, "{at} {}", exact.columns[e][4]);
+    }
+}

@@ -31,6 +31,7 @@ use super::motion::{APPROACH, Engines, Independence, Motion, SICK_TREE, Used, ne
 use super::newton::ROUND_OFF;
 use super::passage;
 use super::solved::SolvedProgram;
+use super::turns::Turns;
 use super::working::{ACCURATE, BODY_STATES, MOTION_RANK_TOLERANCE, SICK_SHARE, WorkingParts};
 use crate::linalg::Health;
 use crate::model::{Model, euler_parameters};
@@ -48,6 +49,7 @@ pub struct JointForm {
     /// The same scene in the coordinates of the bodies, for what is reported.
     bodies: InBodies,
     kinematics: Evaluator,
+    turns: Turns,
     body_state: Vec<f64>,
     regular: Option<Unrolled>,
     /// The regular engine's rates, where nothing has to be looked at closely.
@@ -129,8 +131,10 @@ impl JointForm {
         // Of opaque elements they are not known.
         let known = joint.graph.calls.is_empty();
         let derivatives = if known { Derivatives::Possible } else { Derivatives::Unknown };
+        let mut places = plan.places;
         Ok(Self {
-            start: plan.places,
+            turns: Turns::new(&mut places, &plan.tree, &joint.coordinates, model),
+            start: places,
             tree: plan.tree,
             kinematics: Evaluator::new(&joint.graph, &body_nodes(&joint)),
             body_state: vec![0.0; BODY_STATES * layout.bodies + layout.states + 1],
@@ -179,15 +183,13 @@ impl JointForm {
     /// The state of the bodies.
     fn move_bodies(&mut self, t: f64, state: &[f64]) -> Result<(), AnalysisError> {
         self.motion.load(t, state);
+        self.turns.look(state);
         let outputs = self.kinematics.run(&self.motion.inputs, &self.bodies.sets)?;
         for (body, found) in outputs.chunks_exact(BODY_VALUES).enumerate() {
             let y = &mut self.body_state[BODY_STATES * body..BODY_STATES * (body + 1)];
             y[..3].copy_from_slice(&found[..3]);
             let mut p = euler_parameters(&Matrix3::from_row_slice(&found[3..12]));
-            // Of the two sets of parameters the one that continues from the last.
-            if p.iter().zip(&y[3..7]).map(|(new, old)| new * old).sum::<f64>() < 0.0 {
-                p.iter_mut().for_each(|e| *e = -*e);
-            }
+            self.turns.choose(body, &mut p, &y[3..7]);
             y[3..7].copy_from_slice(&p);
             normalise(&mut y[3..7]);
             y[7..13].copy_from_slice(&found[12..18]);
@@ -239,6 +241,7 @@ impl Formulation for JointForm {
         state[self.motion.coordinates.motion..].copy_from_slice(&working[BODY_STATES * self.motion.layout.bodies..]);
         // Of the two sets of Euler parameters of a rotation, bodies continue from these.
         self.body_state.copy_from_slice(working);
+        self.turns.forget();
     }
 
     fn forget(&mut self, working: &[f64]) {
@@ -248,6 +251,7 @@ impl Formulation for JointForm {
         self.least_health = least_health_at_start(&self.independent, &self.first);
         (self.trusted, self.is_look_due, self.derivatives_are_paid) = (false, false, false);
         self.body_state.copy_from_slice(working);
+        self.turns.forget();
         if let Some(coupling) = &mut self.coupling {
             coupling.forget();
         }

@@ -6,6 +6,7 @@ use element_api::recording::Recording;
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use rustc_hash::FxHashMap;
 
+use super::turns::product;
 use crate::linalg::SingularValues;
 use crate::model::{Marker, Model, euler_parameters, rotation};
 use crate::plan::{SpanningTree, TreeJoint};
@@ -19,6 +20,10 @@ const MOST_STEPS: usize = 40;
 const GUESSES: usize = 8;
 /// Guesses in all.
 const MOST_GUESSES: usize = 512;
+
+/// Coordinates at which a joint is tried for whether it turns about axes one after the other, and how far it may be off.
+const TRIED: [[f64; 3]; 3] = [[0.3, -1.2, 0.7], [2.9, 0.4, -3.6], [-7.1, 5.3, 1.9]];
+const TURNS: f64 = 1e-12;
 
 /// Position and rotation of a frame with the velocities of both, ground axes.
 struct Placed {
@@ -111,6 +116,22 @@ impl JointStart {
             motions.extend((0..3).map(|k| [j.axes.column(k).into_owned(), Vector3::zeros()]));
         }
         Some((j.position, motions))
+    }
+
+    /// The axes, in its first frame, about which the second of a joint turns with each coordinate, one after the other, as far as they go for
+    /// one rad; zero for those that do not turn it; and the Euler parameters of what they turn. `None` where it turns in another way.
+    pub(super) fn turns(&mut self, number: usize) -> Option<([f64; 4], Vec<Vector3<f64>>)> {
+        let (place, n) = (self.pose_of[number]?, self.joints[number].coordinates);
+        let outputs = self.poses[place].at(&vec![0.0; n]);
+        let rest = matrix(&outputs[3..12]);
+        let axis = |k: usize| vee(&(matrix(&outputs[12 * (k + 1)..][3..12]) * rest.transpose()));
+        let (axes, rest): (Vec<_>, _) = ((0..n).map(axis).collect(), euler_parameters(&rest));
+        let holds = TRIED.iter().all(|tried| {
+            let q: Vec<f64> = tried.iter().copied().cycle().take(n).enumerate().map(|(k, q)| q + k as f64).collect();
+            let off = matrix(&self.poses[place].at(&q)[3..12]) - rotation(&product(&axes, &q, &rest));
+            off.amax() < TURNS
+        });
+        holds.then_some((rest, axes))
     }
 
     fn find_joint(&mut self, number: usize, working: &[f64]) -> Option<JointState> {

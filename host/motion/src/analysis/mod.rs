@@ -32,6 +32,7 @@
 //! | `unknowns.rs` | values of internal unknowns at the start, and where a search goes |
 //! | `local.rs` | the equations at one state, with all their derivatives; what rows leave free |
 //! | `scales.rs`, `turning.rs` | lengths and speeds typical of a scene; which bodies can turn |
+//! | `turns.rs` | which of the two sets of Euler parameters of a body on a tree continues from the start |
 
 mod assembly;
 mod balance;
@@ -62,6 +63,7 @@ mod reference;
 mod scales;
 mod solved;
 mod turning;
+mod turns;
 mod unknowns;
 mod working;
 
