@@ -242,6 +242,27 @@ fn figures_alone_are_fitted_and_the_scene_is_written() {
     assert!(fitted_scene(&scene, &[set], &found).unwrap_err().to_string().contains("from the command line"));
 }
 
+/// Beside a table, figures are those that a run of the scene prints: on its own samples, not on the measured times.
+#[test]
+fn figures_beside_a_table_are_those_of_a_run() {
+    let scratch = Scratch::new();
+    let more = "\n[[figure]]\nname = \"effective\"\nchannel = \"v\"\ntake = \"rms\"\n";
+    let scene = scratch.file("scene.toml", OSCILLATOR.to_owned() + more);
+    let session = Session::open(&scene, &options(&TRUE, &[])).expect("the scene is right");
+    let report = session.run(None, Box::new(|_| ()), &Default::default()).expect("the scene runs");
+    let figures: Vec<_> = report.summary.figures.iter().map(|one| (one.name.clone(), one.value)).collect();
+    let figures = figures.into_iter().map(|(name, value)| (name, value.expect("it has a value"), Some(1e-3))).collect();
+    let table = scratch.file("measured.csv", measured(&scene, &TRUE, [0.0, 0.0], 6));
+    let noise = vec![("x".to_owned(), 1e-3), ("v".to_owned(), 1e-3)];
+    let found = fit(&scene, &table, &Request { figures, noise, ..request(&VARIED) });
+    for (one, value) in found.parameters.iter().zip(TRUE_VALUES) {
+        assert!((one.value / value - 1.0).abs() < 1e-7, "{one:?}");
+    }
+    for one in found.columns.iter().filter(|column| column.output == "figure") {
+        assert!((one.fitted[0] / one.measured[0] - 1.0).abs() < 1e-8, "{one:?}");
+    }
+}
+
 /// Steps to where the scene does not run are shortened, and that is reported.
 #[test]
 fn trials_that_fail_are_shortened() {

@@ -23,7 +23,7 @@ const AT_THE_END: [f64; 2] = [1e-3, 1e-4];
 /// Relative difference of orders 4 and 6 at which no other step is tried.
 const GOOD: f64 = 1e-7;
 
-/// Samples are taken at the measured times, and where figures are fitted at the scene's own times as well.
+/// Samples are taken at the measured times, and where figures are fitted at the scene's own times as well, for these alone.
 pub(super) fn place_samples(variants: &mut Variants, data: &Data, session: &Session) {
     if data.columns.is_empty() {
         return;
@@ -31,11 +31,17 @@ pub(super) fn place_samples(variants: &mut Variants, data: &Data, session: &Sess
     let unit = session.scene.units.factor(Dimension::TIME);
     let [from, to] = [session.time_of_start(), session.scene.simulation.t_end];
     let mut times: Vec<f64> = data.times.iter().map(|time| (time * unit).clamp(from, to)).collect();
+    let mut own = Vec::new();
     if !data.targets.is_empty() {
-        times.extend(session.scene.simulation.sample_times(&session.scene.units).iter().map(|time| time.si));
+        own.extend(session.scene.simulation.sample_times(&session.scene.units).iter().map(|time| time.si));
+        times.extend(&own);
     }
     times.sort_by(f64::total_cmp);
     times.dedup();
+    if !own.is_empty() {
+        let place = |time: &f64| times.partition_point(|other| other < time);
+        variants.of_figures = Some(own.iter().map(place).collect());
+    }
     variants.times = Some(times);
 }
 

@@ -22,6 +22,8 @@ pub(crate) struct Variants {
     catalog: Catalog,
     /// Times of the samples, s; the scene's own where absent.
     pub(crate) times: Option<Vec<f64>>,
+    /// Which of these samples figures are taken from; all where absent.
+    pub(crate) of_figures: Option<Vec<usize>>,
     pub(crate) stop: Arc<AtomicBool>,
 }
 
@@ -62,7 +64,7 @@ impl Variants {
         options.jobs = 1;
         let document = Document::open(path).map_err(|rejected| SessionError::from(*rejected))?;
         let catalog = catalog_of_scene(path, &options)?;
-        Ok(Self { document, options, catalog, times: None, stop: Arc::clone(stop) })
+        Ok(Self { document, options, catalog, times: None, of_figures: None, stop: Arc::clone(stop) })
     }
 
     /// A session of the scene with changes.
@@ -104,10 +106,14 @@ impl Variants {
         let session = self.session(changes, way)?;
         let [from, to] = [session.time_of_start(), session.scene.simulation.t_end];
         let source = session.scene.source.clone();
+        let with_figures = self.of_figures.as_ref().map(|samples| (session.scene.clone(), samples));
         let unit_of_time = session.scene.units.factor(Dimension::TIME);
         let mut steps = Vec::new();
         let progress = |share: f64| steps.push(from + share * (to - from));
-        let report = session.run(None, Box::new(progress), &self.stop)?;
+        let mut report = session.run(None, Box::new(progress), &self.stop)?;
+        if let Some((scene, samples)) = with_figures {
+            report.summary.figures = report.figures_at(&scene, samples);
+        }
         if report.summary.status.reached_end() {
             return Ok(Done { report, steps: steps.into(), unit_of_time });
         }
