@@ -209,6 +209,68 @@ fn a_combination_that_is_not_determined_is_named() {
     }
 }
 
+/// A velocity that is 0, without damping: x = x0 cos(w t) + v / w sin(w t). What is measured without noise gives all numbers, and with noise
+/// errors are those of the covariance of all three, however the estimate of the velocity compares with its own error.
+#[test]
+fn a_number_that_is_zero_is_known_as_the_others_are() {
+    let scratch = Scratch::new();
+    let scene = scratch.file("scene.toml", OSCILLATOR.replace("damping = 1.5", "damping = 0"));
+    let truth = ["stiffness=57", "block.velocity.x=0"];
+    let vary = ["stiffness=10:200", "block.position.x", "block.velocity.x=-1:1"];
+    let columns = vec![("x".to_owned(), "x".to_owned())];
+    let exact = scratch.file("exact.csv", measured(&scene, &truth, [0.0, 0.0], 1));
+    for set in ["block.velocity.x=0.3", "block.velocity.x=0"] {
+        let request = Request { columns: columns.clone(), ..request(&vary) };
+        let found = try_fit(&scene, Some(&exact), &request, &[set]).expect("the scene runs");
+        assert_eq!(found.status, "converged", "{set} {}", found.overview());
+        let values: Vec<f64> = found.parameters.iter().map(|one| one.value).collect();
+        let off = [values[0] / 57.0 - 1.0, values[1] / 0.5 - 1.0, values[2]];
+        assert!(off.iter().all(|off| off.abs() < 1e-7), "{set} {values:?}");
+    }
+    for seed in [2, 3, 5, 8] {
+        let text = measured(&scene, &truth, [0.002, 0.0], seed);
+        let times = text.lines().skip(1).map(|line| line.split(',').next().and_then(|time| time.parse().ok()));
+        let times: Vec<f64> = times.collect::<Option<_>>().expect("times are numbers");
+        let table = scratch.file("measured.csv", text);
+        let noise = vec![("x".to_owned(), 0.002)];
+        let found = fit(&scene, &table, &Request { noise, columns: columns.clone(), ..request(&vary) });
+        assert_eq!(found.status, "converged", "{seed} {}", found.overview());
+        let [k, x, v] = [0, 1, 2].map(|one| found.parameters[one].value);
+        let w = (k / 2.0).sqrt();
+        let row = |t: f64| {
+            let (sin, cos) = (w * t).sin_cos();
+            [(-x * t * sin - v / (w * w) * sin + v / w * t * cos) / (4.0 * w), cos, sin / w]
+        };
+        let jacobian = nalgebra::DMatrix::from_fn(times.len(), 3, |at, one| row(times[at])[one] / 0.002);
+        let covariance = jacobian.tr_mul(&jacobian).try_inverse().expect("all three are determined");
+        for (one, fitted) in found.parameters.iter().enumerate() {
+            let expected = covariance[(one, one)].sqrt();
+            assert!((fitted.error / expected - 1.0).abs() < 1e-5, "{seed} {expected} {fitted:?}");
+        }
+    }
+}
+
+/// A direction that is known to no better than 100 % is reported; what it adds to the errors of numbers outside of it is in these.
+#[test]
+fn what_is_hardly_known_widens_the_intervals_beside_it() {
+    let scratch = Scratch::new();
+    let scene = scratch.file("scene.toml", OSCILLATOR);
+    let table = scratch.file("measured.csv", measured(&scene, &["block.velocity.x=0.002"], [0.0, 0.0], 4));
+    let noise = vec![("x".to_owned(), 0.01), ("v".to_owned(), 0.05)];
+    let with = |range: &str| {
+        let vary = ["stiffness=10:200".to_owned(), "block.position.x".into(), format!("block.velocity.x={range}")];
+        let request = Request { noise: noise.clone(), vary: vary.into(), ..Request::default() };
+        try_fit(&scene, Some(&table), &request, &["block.velocity.x=0.002"]).expect("the scene runs")
+    };
+    // The size of the velocity is where it begins, or a thousandth of its range.
+    let (hardly, well) = (with(":"), with("-500:500"));
+    assert_eq!((hardly.status, well.status), ("undetermined", "converged"), "{}{}", hardly.overview(), well.overview());
+    assert!(hardly.parameters[2].undetermined && hardly.parameters[2].error.is_nan(), "{hardly:?}");
+    for (one, other) in hardly.parameters.iter().zip(&well.parameters).take(2) {
+        assert!((one.error / other.error - 1.0).abs() < 1e-6, "{one:?} {other:?}");
+    }
+}
+
 #[test]
 fn a_bound_holds() {
     let scratch = Scratch::new();

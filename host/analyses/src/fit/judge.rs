@@ -6,29 +6,29 @@ use super::levenberg::Bounds;
 use super::statistics::two_sided;
 use super::{Direction, Fit, Fitted, Level};
 use crate::linalg::SingularValues;
-use crate::sensitivity::{Parameter, base};
+use crate::sensitivity::Parameter;
 
 /// Probability that a parameter is outside of its interval.
 const OUTSIDE: f64 = 0.05;
-/// Relative standard deviation of a direction above which it is not determined.
+/// Standard deviation, as a share of sizes, from which a parameter or a direction is not determined.
 const OPEN: f64 = 1.0;
 /// Singular values below this many errors of the derivatives are zero.
 const ERRORS: f64 = 10.0;
 /// The least error that differences can have.
 const LEAST_DOUBT: f64 = 1e-10;
-/// A parameter with a larger share in a direction that is not determined is not determined itself.
+/// A parameter with a larger share in a direction that changes nothing is not determined itself.
 const SHARE: f64 = 1e-3;
+/// A parameter that is less than this share of its size has changes as shares of the size, not of itself.
+const NEAR_ZERO: f64 = 1e-2;
 /// Shares below this are not reported.
 const LEAST_SHARE: f64 = 0.01;
 
-/// Judges a minimum. `jacobian` has the derivatives of residuals over their noise, `doubt` the relative error of its columns; `levels`
-/// of noise that was estimated. `None` where a derivative is not finite.
+/// Judges a minimum. `sizes` are typical of the parameters; `jacobian` has the derivatives of residuals over their noise, `doubts` the
+/// relative errors of its columns; `levels` of noise that was estimated. `None` where a derivative is not finite.
 pub(super) fn judge(
-    parameters: &[Parameter],
-    bounds: &[Bounds],
+    (parameters, bounds, sizes): (&[Parameter], &[Bounds], &[f64]),
     at: &[f64],
-    jacobian: &DMatrix<f64>,
-    doubt: f64,
+    (jacobian, doubts): (&DMatrix<f64>, &[f64]),
     levels: &[Level],
     residuals: &[f64],
 ) -> Option<Fit> {
@@ -37,32 +37,54 @@ pub(super) fn judge(
     let free: Vec<usize> = (0..count).filter(|k| !bound(*k)).collect();
     let freedoms = residuals.len() - free.len();
     let mut scaled = jacobian.select_columns(&free);
-    free.iter().enumerate().for_each(|(column, k)| scaled.column_mut(column).scale_mut(base(at[*k])));
+    // By columns of length 1, nothing depends on the units and values of parameters; these may be 0.
+    let norms: Vec<f64> = scaled.column_iter().map(|column| column.norm()).collect();
+    let lengths: Vec<f64> = norms.iter().map(|norm| if *norm == 0.0 { 1.0 } else { *norm }).collect();
+    lengths.iter().enumerate().for_each(|(column, length)| scaled.column_mut(column).unscale_mut(*length));
     let decomposed = SingularValues::of(&scaled)?;
-    let zero = decomposed.largest() * ERRORS * doubt.max(LEAST_DOUBT);
     let mut covariance = DMatrix::<f64>::zeros(free.len(), free.len());
     let mut undetermined = Vec::new();
     let mut open = vec![false; free.len()];
+    let size = |place: usize| at[free[place]].abs().max(sizes[free[place]]);
+    // Reports a direction with these changes of the free parameters, in their units.
+    let mut report = |changes: Vec<f64>, deviation: f64| {
+        let relative = |(place, change): (usize, &f64)| {
+            let value = at[free[place]].abs();
+            change / if value < NEAR_ZERO * size(place) { size(place) } else { value }
+        };
+        let shares: Vec<f64> = changes.iter().enumerate().map(relative).collect();
+        let most = shares.iter().fold(0.0_f64, |most: f64, x| if x.abs() > most.abs() { *x } else { most });
+        let parts = free.iter().zip(&shares).map(|(k, share)| (parameters[*k].key.clone(), share / most));
+        let parts = parts.filter(|(_, share)| share.abs() >= LEAST_SHARE).collect();
+        undetermined.push(Direction { parts, deviation });
+    };
     for (value, direction) in decomposed.values().iter().zip(decomposed.right().column_iter()) {
-        let deviation = if *value <= zero { f64::INFINITY } else { 1.0 / value };
-        if deviation < OPEN {
+        let error = |(x, k): (&f64, &usize)| x * doubts[*k].max(LEAST_DOUBT);
+        let zero = ERRORS * direction.iter().zip(&free).map(error).map(|error| error * error).sum::<f64>().sqrt();
+        if *value > zero {
             covariance += direction * direction.transpose() / (value * value);
             continue;
         }
-        let most = direction.iter().fold(0.0_f64, |most: f64, x| if x.abs() > most.abs() { *x } else { most });
-        let shares: Vec<f64> = direction.iter().map(|x| x / most).collect();
-        shares.iter().zip(&mut open).for_each(|(share, open)| *open |= share.abs() > SHARE);
-        let parts = free.iter().zip(&shares).filter(|(_, share)| share.abs() >= LEAST_SHARE);
-        let parts = parts.map(|(k, share)| (parameters[*k].key.clone(), *share)).collect();
-        undetermined.push(Direction { parts, deviation });
+        direction.iter().zip(&mut open).for_each(|(share, open)| *open |= share.abs() > SHARE);
+        report(direction.iter().zip(&lengths).map(|(x, length)| x / length).collect(), f64::INFINITY);
     }
     let (covariance, known_from) = with_estimates(&scaled, covariance, levels);
+    let relative = |place: usize| 1.0 / (lengths[place] * size(place));
+    let shares = DMatrix::from_fn(free.len(), free.len(), |a, b| covariance[(a, b)] * relative(a) * relative(b));
+    let spread = SingularValues::of(&shares)?;
+    for (variance, direction) in spread.values().iter().zip(spread.right().column_iter()) {
+        if *variance >= OPEN * OPEN {
+            let changes = direction.iter().enumerate().map(|(place, x)| x * size(place)).collect();
+            report(changes, variance.sqrt());
+        }
+    }
+    open.iter_mut().enumerate().for_each(|(place, open)| *open |= shares[(place, place)] >= OPEN * OPEN);
     let quantiles: Vec<f64> = known_from.iter().map(|freedoms| two_sided(OUTSIDE, *freedoms)).collect();
     let nothing_left = !levels.is_empty() && freedoms == 0;
     let place = |k: usize| free.iter().position(|free| *free == k).filter(|place| !open[*place]);
     let fitted = parameters.iter().enumerate().map(|(k, parameter)| {
         let (error, quantile) = match place(k) {
-            Some(place) if !nothing_left => (covariance[(place, place)].sqrt() * base(at[k]), quantiles[place]),
+            Some(place) if !nothing_left => (covariance[(place, place)].sqrt() / lengths[place], quantiles[place]),
             _ => (f64::NAN, f64::NAN),
         };
         Fitted {

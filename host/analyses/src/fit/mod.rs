@@ -9,9 +9,11 @@
 //! taken at the measured times. Derivatives are those of [`crate::sensitivity`]: differences of runs that take the steps of the run
 //! that they are for. Where the noise of a column is not given, it is estimated from what is left of it, and the fit repeated with it.
 //!
-//! At the minimum, J has the derivatives of all residuals for relative changes of the parameters, J = U S V^T. A direction of V whose
-//! singular value is 0 to within the error of J, or whose standard deviation 1/s is above 1 (100 %), is not determined: it is reported as
-//! a combination of parameters, and these have no interval. Of the others, intervals at 95 % are t sqrt(diag(V S^-2 V^T)) (Seber & Wild,
+//! At the minimum, J has the derivatives of all residuals, each of its columns scaled to length 1, J = U S V^T. A direction of V whose
+//! singular value is 0 to within the errors of the columns that it takes part of is not determined: it is reported as a combination of
+//! parameters, and these have no interval. The others have the covariance V S^-2 V^T. A direction in which they are known to no better
+//! than their sizes is reported, too, and a parameter that is has no interval; the intervals of those beside it have its part. Intervals
+//! at 95 % are t sqrt(diag(V S^-2 V^T)) (Seber & Wild,
 //! "Nonlinear regression", 1989, section 5.1), t of Student's distribution, or of the normal one where all noise is given. With C that
 //! covariance and A_i what the column i alone says (the sum of all A_i is C^-1), noise that was estimated from n_i freedoms adds
 //! 4 / n_i C (A_i - A_i C A_i) C to C, and the freedoms of t are C_kk^2 / sum_i ((C A_i C)_kk^2 / n_i) for the parameter k (Kenward & Roger, "Small
@@ -49,8 +51,8 @@ use self::problem::Fitting;
 pub use self::scene::fitted_scene;
 use crate::diagnostics::{Diagnostic, Exit, codes};
 use crate::scene::Dimension;
-use crate::sensitivity::Parameter;
 use crate::sensitivity::runs::{Variants, Way};
+use crate::sensitivity::{Parameter, base};
 use crate::session::{RunOptions, SessionError};
 
 /// Iterations of one search, unless the request says otherwise.
@@ -60,6 +62,8 @@ const MOST_FITS: usize = 6;
 const SAME_NOISE: f64 = 0.01;
 /// A parameter whose change by its size changes what is fitted by less than this share changes nothing.
 const NO_EFFECT: f64 = 1e-9;
+/// Nearer to 0 than what changes the measured by this share of it, steps of differences do not become smaller with a parameter.
+const NEAR_ZERO: f64 = 1e-4;
 
 /// What is wanted.
 #[derive(Debug, Clone, Default)]
@@ -89,7 +93,7 @@ pub struct Fit {
     pub correlation: Vec<Vec<f64>>,
     /// Combinations that are not determined.
     pub undetermined: Vec<Direction>,
-    /// Singular values of the derivatives of all residuals for relative changes, largest first.
+    /// Singular values of the derivatives of all residuals, those by each parameter scaled to length 1; largest first.
     pub singular_values: Vec<f64>,
     /// What was fitted to.
     pub columns: Vec<FittedColumn>,
@@ -132,7 +136,7 @@ pub struct Fitted {
     pub max: f64,
     /// It ended at one of them, and has no interval.
     pub at_bound: bool,
-    /// It is part of a combination that is not determined, and has no interval.
+    /// It is part of a combination that changes nothing, or known to no better than its size, and has no interval.
     pub undetermined: bool,
     /// Standard error.
     pub error: f64,
@@ -145,9 +149,9 @@ pub struct Fitted {
 /// A combination of parameters that is not determined.
 #[derive(Debug, Clone, Serialize)]
 pub struct Direction {
-    /// Keys with their relative changes, the largest 1.
+    /// Keys with their relative changes, the largest 1; of numbers near 0, as shares of their sizes.
     pub parts: Vec<(String, f64)>,
-    /// Relative standard deviation along it; infinite (`null`) where it changes nothing.
+    /// Standard deviation along it as a share of sizes; infinite (`null`) where it changes nothing.
     pub deviation: f64,
 }
 
@@ -267,19 +271,25 @@ impl Search<'_> {
         start: &[f64],
         place: &dyn Fn(Box<Diagnostic>) -> SessionError,
     ) -> Result<Fit, SessionError> {
-        let sizes = self.sizes(start);
+        let mut sizes = self.sizes(start);
         let mut noise = Noise::first(self.data);
         fitting.noise = noise.of_points(self.data);
         let mut residuals = fitting.residuals(start)?.ok_or_else(|| fitting.failure())?;
+        fitting.least = start.iter().zip(&sizes).map(|(at, size)| if *at == 0.0 { *size } else { 0.0 }).collect();
         let first = fitting.jacobian(start)?;
         let measured = self.data.values();
         let level: f64 = measured.iter().zip(&fitting.noise).map(|(y, noise)| (y / noise).powi(2)).sum::<f64>().sqrt();
         for (k, parameter) in self.parameters.iter().enumerate() {
-            if first.column(k).norm() * sizes[k] <= NO_EFFECT * level {
+            if first.column(k).norm() * base(sizes[k]) <= NO_EFFECT * level {
                 let message = format!("`{}` changes nothing of what is fitted", parameter.key);
                 let error = Diagnostic::error(codes::BAD_OVERRIDE, message);
                 return Err(place(Box::new(error.help("leave it out, or begin at another value with `--set`"))));
             }
+            let natural = level.max(1.0) / first.column(k).norm();
+            if sizes[k] == 0.0 {
+                sizes[k] = natural;
+            }
+            fitting.least[k] = sizes[k].min(NEAR_ZERO * natural);
         }
         let most = self.request.most_iterations.unwrap_or(MOST_ITERATIONS);
         let (mut iterations, mut shortened, mut at) = (0, 0, start.to_vec());
@@ -298,13 +308,11 @@ impl Search<'_> {
                 break;
             }
         }
-        let (jacobian, doubt) = fitting.fine_jacobian(&at)?;
+        let (jacobian, doubts) = fitting.fine_jacobian(&at)?;
         let mut fit = judge(
-            self.parameters,
-            self.bounds,
+            (self.parameters, self.bounds, &sizes),
             &at,
-            &jacobian,
-            doubt,
+            (&jacobian, &doubts),
             &noise.levels(self.data, self.parameters.len()),
             &residuals,
         )
@@ -333,13 +341,12 @@ impl Search<'_> {
         Ok(fit)
     }
 
-    /// Sizes typical of the parameters.
+    /// Sizes typical of the parameters: where they begin, a thousandth of their range at least; 0 where that says nothing.
     fn sizes(&self, start: &[f64]) -> Vec<f64> {
         let size = |(at, bounds): (&f64, &Bounds)| {
             let range = bounds.high - bounds.low;
             let least = if range.is_finite() { 1e-3 * range } else { 0.0 };
-            let size = at.abs().max(least);
-            if size > 0.0 { size } else { 1.0 }
+            at.abs().max(least)
         };
         start.iter().zip(self.bounds).map(size).collect()
     }

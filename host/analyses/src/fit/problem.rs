@@ -18,7 +18,7 @@ use crate::session::{Session, SessionError};
 const ON_THE_WAY: [f64; 2] = [1e-4, 1e-3];
 /// Tolerance of runs that take their own steps.
 const OWN_STEPS: f64 = 1e-12;
-/// Steps of the differences at the minimum; the one is taken at which orders 4 and 6 differ least.
+/// Steps of the differences at the minimum; for each parameter the one is taken at which orders 4 and 6 differ least.
 const AT_THE_END: [f64; 2] = [1e-3, 1e-4];
 /// Relative difference of orders 4 and 6 at which no other step is tried.
 const GOOD: f64 = 1e-7;
@@ -68,6 +68,8 @@ pub(super) struct Fitting<'a> {
     tight: Way,
     /// Standard deviation of each measured number.
     pub(super) noise: Vec<f64>,
+    /// What steps of differences are shares of where parameters are nearer to 0 than that.
+    pub(super) least: Vec<f64>,
     known: Vec<Known>,
     runs: AtomicUsize,
     /// Why the last trial could not be run.
@@ -102,6 +104,7 @@ impl<'a> Fitting<'a> {
             way,
             tight,
             noise: Vec::new(),
+            least: vec![0.0; start.len()],
             known: Vec::new(),
             runs: AtomicUsize::new(1),
             reason: None,
@@ -168,7 +171,7 @@ impl<'a> Fitting<'a> {
             share = if way.steps.is_none() { share.max(ON_THE_WAY[1]) } else { share };
         }
         let count = |stencil: Stencil| if fine { stencil.places().len() } else { stencil.fewest() };
-        let step = |k: usize| share * base(at[k]);
+        let step = |k: usize| share * base(at[k].abs().max(self.least[k]));
         let one = |(k, place): (usize, f64)| -> Result<Vec<f64>, SessionError> {
             let mut next = at.to_vec();
             next[k] += place * step(k);
@@ -222,27 +225,27 @@ impl<'a> Fitting<'a> {
             .collect()
     }
 
-    /// The derivatives of all residuals, and the largest relative error of a column of them.
+    /// The derivatives of all residuals, and the relative error of each column of them.
     ///
     /// # Errors
     /// The scene does not run next to the parameters.
-    pub(super) fn fine_jacobian(&self, at: &[f64]) -> Result<(DMatrix<f64>, f64), SessionError> {
-        let mut best: Option<(DMatrix<f64>, f64)> = None;
-        for share in AT_THE_END {
-            let found = self.derivatives(at, share, true)?;
-            let norm = |values: &[f64]| {
-                values.iter().zip(&self.noise).map(|(value, noise)| (value / noise).powi(2)).sum::<f64>().sqrt()
-            };
-            let doubt = found.iter().map(|(values, errors)| norm(errors) / norm(values)).fold(0.0, f64::max);
-            let matrix = self.matrix(&found);
-            if best.as_ref().is_none_or(|(_, least)| doubt < *least) {
-                best = Some((matrix, doubt));
-            }
-            if doubt <= GOOD {
+    pub(super) fn fine_jacobian(&self, at: &[f64]) -> Result<(DMatrix<f64>, Vec<f64>), SessionError> {
+        let norm = |values: &[f64]| {
+            values.iter().zip(&self.noise).map(|(value, noise)| (value / noise).powi(2)).sum::<f64>().sqrt()
+        };
+        let doubt = |(values, errors): &Column| norm(errors) / norm(values);
+        let mut best = self.derivatives(at, AT_THE_END[0], true)?;
+        for share in &AT_THE_END[1..] {
+            if best.iter().map(doubt).fold(0.0, f64::max) <= GOOD {
                 break;
             }
+            for (best, found) in best.iter_mut().zip(self.derivatives(at, *share, true)?) {
+                if doubt(&found) < doubt(best) {
+                    *best = found;
+                }
+            }
         }
-        best.ok_or_else(|| SessionError::new(&Source::new("", ""), Vec::new()))
+        Ok((self.matrix(&best), best.iter().map(doubt).collect()))
     }
 
     fn matrix(&self, columns: &[Column]) -> DMatrix<f64> {
