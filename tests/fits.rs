@@ -325,6 +325,40 @@ fn figures_beside_a_table_are_those_of_a_run() {
     }
 }
 
+/// Noise of a column is estimated from its rows less what the numbers take of these. A second block, measured beside the first, tells nothing
+/// of it: errors and intervals are those of the first column alone.
+#[test]
+fn a_column_that_tells_nothing_changes_nothing() {
+    let scratch = Scratch::new();
+    let scene = scratch.file("scene.toml", OSCILLATOR);
+    let text = measured(&scene, &TRUE, [0.01, 0.0], 12);
+    let mut random = Normal(77);
+    let beside = text.lines().skip(1).take(8).map(|line| {
+        let values: Vec<&str> = line.split(',').collect();
+        format!("{},{},{:?}\n", values[0], values[1], 4.0 + 0.02 * random.next())
+    });
+    let table = scratch.file("measured.csv", String::from("t,x [mm],other\n") + &beside.collect::<String>());
+    let other = "\n[[body]]\nname = \"other\"\nmass = 1\ninertia = [1, 1, 1]\nposition = [4, 0, 0]\n\
+                 [[output]]\nname = \"other\"\nquantity = \"position\"\nof = \"other\"\ncomponent = \"x\"\n";
+    let scene = scratch.file("both.toml", OSCILLATOR.to_owned() + other);
+    let with = |columns: &[&str], vary: &[&str]| {
+        let columns = columns.iter().map(|name| ((*name).to_owned(), (*name).to_owned())).collect();
+        fit(&scene, &table, &Request { columns, ..request(vary) })
+    };
+    let (alone, both) = (with(&["x"], &VARIED), with(&["x", "other"], &VARIED));
+    for (a, b) in alone.parameters.iter().zip(&both.parameters) {
+        assert!((b.error / a.error - 1.0).abs() < 1e-4 && (b.high / a.high - 1.0).abs() < 1e-3, "{a:?} {b:?}");
+    }
+    // All eight rows of what no number changes are for its noise.
+    let other = &both.columns[1];
+    assert!((other.noise / other.rms - 1.0).abs() < 1e-4, "{other:?}");
+    // A number at its bound takes nothing.
+    let bound = with(&["x"], &["stiffness=10:40", "block.velocity.x"]);
+    assert!(bound.parameters[0].at_bound && !bound.parameters[1].at_bound, "{bound:?}");
+    let x = &bound.columns[0];
+    assert!((x.noise / x.rms / (8.0_f64 / 7.0).sqrt() - 1.0).abs() < 1e-6, "{x:?}");
+}
+
 /// Steps to where the scene does not run are shortened, and that is reported.
 #[test]
 fn trials_that_fail_are_shortened() {

@@ -4,7 +4,7 @@ use nalgebra::DMatrix;
 
 use super::levenberg::Bounds;
 use super::statistics::two_sided;
-use super::{Direction, Fit, Fitted, Level};
+use super::{Direction, Fit, Fitted, Level, free};
 use crate::linalg::SingularValues;
 use crate::sensitivity::Parameter;
 
@@ -33,8 +33,8 @@ pub(super) fn judge(
     residuals: &[f64],
 ) -> Option<Fit> {
     let count = at.len();
-    let bound = |k: usize| at[k] <= bounds[k].low || at[k] >= bounds[k].high;
-    let free: Vec<usize> = (0..count).filter(|k| !bound(*k)).collect();
+    let free = free(at, bounds);
+    let bound = |k: usize| !free.contains(&k);
     let freedoms = residuals.len() - free.len();
     let mut scaled = jacobian.select_columns(&free);
     // By columns of length 1, nothing depends on the units and values of parameters; these may be 0.
@@ -138,7 +138,7 @@ fn with_estimates(scaled: &DMatrix<f64>, covariance: DMatrix<f64>, levels: &[Lev
     let count = covariance.nrows();
     let mut unsure = DMatrix::<f64>::zeros(count, count);
     let mut spread = vec![0.0_f64; count];
-    for level in levels.iter().filter(|level| level.freedoms > 0.0) {
+    for level in levels {
         let own = scaled.select_rows(level.rows.iter());
         let said = own.transpose() * own;
         let part = &covariance * &said * &covariance;

@@ -46,6 +46,8 @@ pub(crate) trait Problem {
 pub(crate) struct Minimum {
     pub(crate) at: Vec<f64>,
     pub(crate) residuals: Vec<f64>,
+    /// The last derivatives, times sizes: at the minimum, where it converged.
+    pub(crate) jacobian: DMatrix<f64>,
     pub(crate) iterations: usize,
     /// Steps that were shortened because the residuals could not be computed at their end.
     pub(crate) shortened: usize,
@@ -64,17 +66,20 @@ pub(crate) fn minimise<P: Problem>(
     bounds: &[Bounds],
     most_iterations: usize,
 ) -> Result<Minimum, P::Error> {
-    let mut minimum = Minimum { at: start.to_vec(), residuals, iterations: 0, shortened: 0, converged: false };
     let count = start.len();
+    let jacobian = DMatrix::zeros(residuals.len(), count);
+    let mut minimum =
+        Minimum { at: start.to_vec(), residuals, jacobian, iterations: 0, shortened: 0, converged: false };
     let (mut damping, mut growth) = (FIRST_DAMPING, 2.0);
     let mut scale = DVector::zeros(count);
     while minimum.iterations < most_iterations {
         minimum.iterations += 1;
-        let mut jacobian = problem.jacobian(&minimum.at)?;
+        minimum.jacobian = problem.jacobian(&minimum.at)?;
+        let jacobian = &mut minimum.jacobian;
         sizes.iter().enumerate().for_each(|(k, size)| jacobian.column_mut(k).scale_mut(*size));
         let residuals = DVector::from_column_slice(&minimum.residuals);
         let gradient = jacobian.tr_mul(&residuals);
-        let square = jacobian.tr_mul(&jacobian);
+        let square = jacobian.tr_mul(jacobian);
         for k in 0..count {
             scale[k] = f64::max(scale[k], square[(k, k)]);
         }
@@ -105,7 +110,7 @@ pub(crate) fn minimise<P: Problem>(
                 };
             }
             let taken = DVector::from_fn(count, |k, _| (next[k] - minimum.at[k]) / sizes[k]);
-            let expected = -taken.dot(&gradient) - 0.5 * (&jacobian * &taken).norm_squared();
+            let expected = -taken.dot(&gradient) - 0.5 * (&minimum.jacobian * &taken).norm_squared();
             let cut = (0..count).any(|k| taken[k] != 0.0 && (next[k] <= bounds[k].low || next[k] >= bounds[k].high));
             if cut && expected <= 0.0 && trials < MOST_TRIALS {
                 // Of steps that are short enough, what is left within the bounds goes downhill.

@@ -15,7 +15,8 @@
 //! than their sizes is reported, too, and a parameter that is has no interval; the intervals of those beside it have its part. Intervals
 //! at 95 % are t sqrt(diag(V S^-2 V^T)) (Seber & Wild,
 //! "Nonlinear regression", 1989, section 5.1), t of Student's distribution, or of the normal one where all noise is given. With C that
-//! covariance and A_i what the column i alone says (the sum of all A_i is C^-1), noise that was estimated from n_i freedoms adds
+//! covariance and A_i what the column i alone says (the sum of all A_i is C^-1), noise that was estimated from n_i freedoms, the rows less
+//! the trace of their part of J C J^T, adds
 //! 4 / n_i C (A_i - A_i C A_i) C to C, and the freedoms of t are C_kk^2 / sum_i ((C A_i C)_kk^2 / n_i) for the parameter k (Kenward & Roger, "Small
 //! sample inference for fixed effects from restricted maximum likelihood", Biometrics 53, 1997; Satterthwaite 1946). With one column
 //! alone these are the usual ones.
@@ -42,6 +43,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
+use nalgebra::DMatrix;
 use serde::Serialize;
 
 use self::data::Data;
@@ -50,6 +52,7 @@ use self::levenberg::{Bounds, Problem as _, minimise};
 use self::problem::Fitting;
 pub use self::scene::fitted_scene;
 use crate::diagnostics::{Diagnostic, Exit, codes};
+use crate::linalg::SingularValues;
 use crate::scene::Dimension;
 use crate::sensitivity::runs::{Variants, Way};
 use crate::sensitivity::{Parameter, base};
@@ -62,6 +65,10 @@ const MOST_FITS: usize = 6;
 const SAME_NOISE: f64 = 0.01;
 /// A parameter whose change by its size changes what is fitted by less than this share changes nothing.
 const NO_EFFECT: f64 = 1e-9;
+/// Freedoms per measured number below which there are none to estimate noise from.
+const NO_FREEDOMS: f64 = 1e-6;
+/// Singular values, of columns of length 1, below which parameters that are differentiated by on the way take nothing.
+const NO_DIRECTION: f64 = 1e-6;
 /// Nearer to 0 than what changes the measured by this share of it, steps of differences do not become smaller with a parameter.
 const NEAR_ZERO: f64 = 1e-4;
 
@@ -299,7 +306,8 @@ impl Search<'_> {
             iterations += minimum.iterations;
             shortened += minimum.shortened;
             (at, residuals, converged) = (minimum.at, minimum.residuals, minimum.converged);
-            let (changed, next) = noise.estimated(self.data, &residuals, self.parameters.len());
+            let taken = hat_diagonal(&minimum.jacobian, &free(&at, self.bounds));
+            let (changed, next) = noise.estimated(self.data, &residuals, &taken);
             residuals.iter_mut().zip(&fitting.noise).for_each(|(residual, noise)| *residual *= noise);
             noise = next;
             fitting.noise = noise.of_points(self.data);
@@ -309,11 +317,12 @@ impl Search<'_> {
             }
         }
         let (jacobian, doubts) = fitting.fine_jacobian(&at)?;
+        let taken = hat_diagonal(&jacobian, &free(&at, self.bounds));
         let mut fit = judge(
             (self.parameters, self.bounds, &sizes),
             &at,
             (&jacobian, &doubts),
-            &noise.levels(self.data, self.parameters.len()),
+            &noise.levels(self.data, &taken),
             &residuals,
         )
         .ok_or_else(|| {
@@ -350,6 +359,30 @@ impl Search<'_> {
         };
         start.iter().zip(self.bounds).map(size).collect()
     }
+}
+
+/// The parameters that are not at a bound.
+fn free(at: &[f64], bounds: &[Bounds]) -> Vec<usize> {
+    (0..at.len()).filter(|k| at[*k] > bounds[*k].low && at[*k] < bounds[*k].high).collect()
+}
+
+/// Which share of each measured number the free parameters take: the diagonal of J (J^T J)^-1 J^T, whose sum is the number of parameters
+/// that are determined. Zeros where J is not finite.
+fn hat_diagonal(jacobian: &DMatrix<f64>, free: &[usize]) -> Vec<f64> {
+    let mut scaled = jacobian.select_columns(free);
+    for mut column in scaled.column_iter_mut() {
+        let norm = column.norm();
+        column.unscale_mut(if norm > 0.0 { norm } else { 1.0 });
+    }
+    let mut taken = vec![0.0; jacobian.nrows()];
+    let Some(decomposed) = SingularValues::of(&scaled) else { return taken };
+    for (value, direction) in decomposed.values().iter().zip(decomposed.right().column_iter()) {
+        if *value > NO_DIRECTION {
+            let own = &scaled * direction / *value;
+            taken.iter_mut().zip(own.iter()).for_each(|(taken, own)| *taken += own * own);
+        }
+    }
+    taken
 }
 
 /// Noise that was estimated: for which residuals, and from how many freedoms.
@@ -405,49 +438,40 @@ impl Noise {
         columns + usize::from(self.unknown_figures) > 0 && all > 1
     }
 
-    /// What was estimated: each column, and all figures together.
-    fn levels(&self, data: &Data, parameters: usize) -> Vec<Level> {
+    /// What is estimated: each column, then all figures together. Of each measured number the parameters take a share, `taken`.
+    fn levels(&self, data: &Data, taken: &[f64]) -> Vec<Level> {
         let rows = data.times.len();
-        let all = data.points();
-        let left = all.saturating_sub(parameters) as f64 / all as f64;
-        let columns = (self.columns.iter().enumerate())
-            .filter(|(_, (_, given))| !given)
-            .map(|(k, _)| Level { rows: (k * rows..(k + 1) * rows).collect(), freedoms: rows as f64 * left });
+        let level = |rows: Vec<usize>| {
+            let freedoms = rows.iter().map(|row| 1.0 - taken[*row]).sum::<f64>();
+            Level { freedoms: freedoms.max(NO_FREEDOMS * rows.len() as f64), rows }
+        };
+        let columns = (self.columns.iter().enumerate()).filter(|(_, (_, given))| !given);
+        let columns = columns.map(|(k, _)| level((k * rows..(k + 1) * rows).collect()));
         let first = self.columns.len() * rows;
-        let unknown: Vec<_> = (data.targets.iter().enumerate())
-            .filter(|(_, target)| target.noise.is_none())
-            .map(|(k, _)| first + k)
-            .collect();
-        let figures = (!unknown.is_empty()).then_some(Level { freedoms: unknown.len() as f64 * left, rows: unknown });
-        columns.chain(figures).collect()
+        let unknown = data.targets.iter().enumerate().filter(|(_, target)| target.noise.is_none());
+        let unknown: Vec<usize> = unknown.map(|(k, _)| first + k).collect();
+        columns.chain((!unknown.is_empty()).then(|| level(unknown))).collect()
     }
 
-    /// What is not given, from residuals over the present noise; and by which share it changes.
-    fn estimated(&self, data: &Data, residuals: &[f64], parameters: usize) -> (f64, Self) {
-        let (all, rows) = (residuals.len(), data.times.len());
-        // Parameters take a share of what each column would leave.
-        let left = (all - parameters) as f64 / all as f64;
+    /// What is not given, from residuals over the present noise; and by which share it changes. What has no freedoms left stays.
+    fn estimated(&self, data: &Data, residuals: &[f64], taken: &[f64]) -> (f64, Self) {
         let mut next = self.clone();
         let mut changed = 0.0_f64;
-        for (k, (noise, given)) in next.columns.iter_mut().enumerate().filter(|(_, (_, given))| !given) {
-            let _ = &given;
-            let own = &residuals[k * rows..(k + 1) * rows];
-            let mean = own.iter().map(|r| r * r).sum::<f64>() / (rows as f64 * left).max(f64::MIN_POSITIVE);
-            let largest = data.columns[k].values.iter().fold(f64::MIN_POSITIVE, |most, y| most.max(y.abs()));
-            let wanted = (*noise * mean.sqrt()).max(1e-13 * largest);
-            changed = changed.max((wanted / *noise - 1.0).abs());
-            *noise = wanted;
+        let mut levels = self.levels(data, taken).into_iter();
+        let mut estimate = |noise: &mut f64, largest: f64| {
+            let Some(level) = levels.next() else { return };
+            if level.freedoms > NO_FREEDOMS * level.rows.len() as f64 {
+                let mean = level.rows.iter().map(|row| residuals[*row].powi(2)).sum::<f64>() / level.freedoms;
+                let wanted = (*noise * mean.sqrt()).max(1e-13 * largest);
+                changed = changed.max((wanted / *noise - 1.0).abs());
+                *noise = wanted;
+            }
+        };
+        for (k, (noise, _)) in next.columns.iter_mut().enumerate().filter(|(_, (_, given))| !given) {
+            estimate(noise, data.columns[k].values.iter().fold(f64::MIN_POSITIVE, |most, y| most.max(y.abs())));
         }
-        let figures: Vec<f64> = residuals[self.columns.len() * rows..]
-            .iter()
-            .zip(&data.targets)
-            .filter_map(|(residual, target)| target.noise.is_none().then_some(*residual))
-            .collect();
-        if !figures.is_empty() && left > 0.0 {
-            let mean = figures.iter().map(|r| r * r).sum::<f64>() / (figures.len() as f64 * left);
-            let wanted = (self.figures * mean.sqrt()).max(1e-13);
-            changed = changed.max((wanted / self.figures - 1.0).abs());
-            next.figures = wanted;
+        if self.unknown_figures {
+            estimate(&mut next.figures, 1.0);
         }
         (changed, next)
     }
