@@ -12,8 +12,10 @@
 //! | `form.rs` | the orthogonal transformation to Hessenberg's form |
 //! | `zeros.rs` | the form with the zero eigenvalues first |
 //! | `values.rs` | QR sweeps |
+//! | `equal.rs` | several equal ones with fewer vectors |
 //! | `shifted.rs`, `split.rs` | inverse iteration, and the sums over complex vectors that it consists of |
 
+mod equal;
 mod form;
 mod shifted;
 mod split;
@@ -22,6 +24,7 @@ mod zeros;
 
 use nalgebra::{Complex, DMatrix, DVector};
 
+use equal::Equal;
 use shifted::Shifted;
 use split::Split;
 use values::eigenvalues;
@@ -34,6 +37,8 @@ pub type ComplexVector = DVector<Complex<f64>>;
 const NULL: f64 = 20.0;
 /// The same for what an eigenvalue may be off by: matrices of states that were found by iteration are off by more than one unit.
 const OPEN: f64 = 400.0;
+/// Jordan's blocks that are looked for, at most so large.
+const LARGEST_BLOCK: usize = 4;
 /// Eigenvalues nearer than this share of the matrix's size are looked at together.
 const CLOSE: f64 = 1e-7;
 
@@ -52,8 +57,9 @@ pub struct Pair {
     /// By how much round-off in the matrix may have moved the eigenvalue: n eps |A| / |y^H x| with vectors from the left and right, first
     /// order; or as [`Pair::moved`] says.
     pub uncertainty: f64,
-    /// How many eigenvalues are next to each other there, this one among them.
-    together: usize,
+    /// How many eigenvalues, this one among them, have one vector in common there: as many as are next to each other, unless it is known
+    /// that they are fewer.
+    block: usize,
     /// 1 / |y^H x| of vectors of unit length, and |A|, both of the balanced matrix.
     condition: f64,
     size: f64,
@@ -61,15 +67,46 @@ pub struct Pair {
 
 impl Pair {
     /// By how much an error of the matrix moves the eigenvalue that moves it so much to first order. Where m of them are equal and have
-    /// fewer vectors, that is beyond all bounds, and they are moved by the m-th root of the error (critical damping; Wilkinson, The
+    /// one vector, that is beyond all bounds, and they are moved by the m-th root of the error (critical damping; Wilkinson, The
     /// Algebraic Eigenvalue Problem, 1965, ch. 2).
     #[must_use]
     pub fn moved(&self, first_order: f64) -> f64 {
-        if self.together < 2 {
+        if self.block < 2 {
             return first_order;
         }
         let error = first_order / self.condition / self.size;
-        first_order.min(error.powf(1.0 / self.together as f64) * self.size)
+        first_order.min(error.powf(1.0 / self.block as f64) * self.size)
+    }
+}
+
+impl Pair {
+    /// Of vectors of unit length from the right and from the left of a balanced matrix of a size, and what it makes of that from the right.
+    fn of(
+        value: Complex<f64>,
+        block: usize,
+        [vector, left]: [ComplexVector; 2],
+        moved: &ComplexVector,
+        size: f64,
+    ) -> Self {
+        let residual = (moved - &vector * value).norm() / size;
+        let condition = 1.0 / left.dotc(&vector).norm().max(f64::MIN_POSITIVE);
+        let first_order = OPEN * vector.len() as f64 * f64::EPSILON * size * condition;
+        let pair = Self { value, vector, left, residual, uncertainty: 0.0, block, condition, size };
+        Self { uncertainty: pair.moved(first_order), ..pair }
+    }
+
+    /// Takes vectors of a balanced matrix to those of the matrix itself. `None` without an entry.
+    fn scale(&mut self, scales: &DVector<f64>) -> Option<()> {
+        let (vector, left) = (&mut self.vector, &mut self.left);
+        vector.iter_mut().zip(scales.iter()).for_each(|(entry, scale)| *entry *= Complex::new(*scale, 0.0));
+        let largest = vector.iter().copied().max_by(|a, b| a.norm().total_cmp(&b.norm())).filter(|v| v.norm() > 0.0)?;
+        vector.iter_mut().for_each(|entry| *entry /= largest);
+        left.iter_mut().zip(scales.iter()).for_each(|(entry, scale)| *entry /= Complex::new(*scale, 0.0));
+        let product = left.dotc(vector).conj();
+        if product.norm() > f64::MIN_POSITIVE {
+            left.iter_mut().for_each(|entry| *entry /= product);
+        }
+        Some(())
     }
 }
 
@@ -111,48 +148,92 @@ pub fn spectrum(matrix: &DMatrix<f64>) -> Option<Spectrum> {
     let rows = parted.form.transpose();
     let start = Split::start(n);
     let mut shifted = Shifted::new(&rows, size);
-    let mut found: Vec<(Complex<f64>, [Split; 2])> = Vec::new();
-    for value in all.iter().copied().filter(|value| value.im >= 0.0) {
-        let near = found.iter().filter(|(other, _)| (other - value).norm() <= CLOSE * size);
+    let mut found: Vec<(usize, [Split; 2])> = Vec::new();
+    for (number, value) in all.iter().copied().enumerate().filter(|(_, value)| value.im >= 0.0) {
+        let near = found.iter().filter(|(other, _)| (all[*other] - value).norm() <= CLOSE * size);
         let near: Vec<&Split> = near.map(|(_, [vector, _])| vector).collect();
         let shifted = shifted.at(value);
         let vector = shifted.vector(&start, &near)?;
         let left = shifted.left(&vector)?;
-        found.push((value, [vector, left]));
+        found.push((number, [vector, left]));
     }
     let [vectors, lefts] = [0, 1].map(|side| parted.back(found.iter().map(|(_, sides)| &sides[side])));
     let moved = &balanced * &vectors;
-    let mut pairs = Vec::with_capacity(found.len());
-    for (k, (value, _)) in found.iter().enumerate() {
-        let value = *value;
+    let single = found.iter().enumerate().map(|(k, (number, _))| {
         let of = |columns: &DMatrix<f64>| columns.column(k).zip_map(&columns.column(found.len() + k), Complex::new);
-        let (mut vector, mut left) = (of(&vectors), of(&lefts));
-        let residual = (of(&moved) - &vector * value).norm() / size;
-        let angle = left.dotc(&vector).norm();
-        let condition = 1.0 / angle.max(f64::MIN_POSITIVE);
-        let first_order = OPEN * n as f64 * f64::EPSILON * size * condition;
-        vector.iter_mut().zip(scales.iter()).for_each(|(entry, scale)| *entry *= Complex::new(*scale, 0.0));
-        let largest = vector.iter().copied().max_by(|a, b| a.norm().total_cmp(&b.norm())).filter(|v| v.norm() > 0.0)?;
-        vector.iter_mut().for_each(|entry| *entry /= largest);
-        left.iter_mut().zip(scales.iter()).for_each(|(entry, scale)| *entry /= Complex::new(*scale, 0.0));
-        let product = left.dotc(&vector).conj();
-        if product.norm() > f64::MIN_POSITIVE {
-            left.iter_mut().for_each(|entry| *entry /= product);
+        let block = near_each_other(*number, &all, n, size);
+        Pair::of(all[*number], block, [of(&vectors), of(&lefts)], &of(&moved), size)
+    });
+    let single: Vec<Pair> = single.collect();
+    let mut groups = Groups { all: &all, matrix: &balanced, size, found: Vec::new(), tried: Vec::new() };
+    for ((number, _), pair) in found.iter().zip(&single) {
+        let first_order = OPEN * n as f64 * f64::EPSILON * size * pair.condition;
+        if pair.block > 2 && first_order > reach(2, n, size) {
+            groups.look_at(*number);
         }
-        let together = near_each_other(value, &all, n, size);
-        let pair = Pair { value, vector, left, residual, uncertainty: 0.0, together, condition, size };
-        pairs.push(Pair { uncertainty: pair.moved(first_order), ..pair });
+    }
+    let mut pairs = Vec::with_capacity(found.len());
+    let mut told = vec![false; groups.found.len()];
+    for ((number, _), pair) in found.iter().zip(single) {
+        let Some(group) = groups.found.iter().position(|group| group.members.contains(number)) else {
+            pairs.push(pair);
+            continue;
+        };
+        // All of them at once, since those that are below the real axis are real together with the others.
+        if !std::mem::replace(&mut told[group], true) {
+            pairs.extend(groups.found[group].pairs(&balanced, size));
+        }
+    }
+    for pair in &mut pairs {
+        pair.scale(&scales)?;
     }
     Some(Spectrum { zeros, null: back(parted.null), pairs })
 }
 
-/// How many of `all` eigenvalues round-off may have parted from one, that one included.
-fn near_each_other(value: Complex<f64>, all: &[Complex<f64>], n: usize, size: f64) -> usize {
-    let mut distances: Vec<f64> = all.iter().map(|other| (other - value).norm()).collect();
+/// What round-off parts m eigenvalues with one vector by, at most.
+fn reach(m: usize, n: usize, size: f64) -> f64 {
+    (OPEN * n as f64 * f64::EPSILON).powf(1.0 / m as f64) * size
+}
+
+/// How many of `all` eigenvalues round-off may have parted from one, that one included, if they have one vector.
+fn near_each_other(number: usize, all: &[Complex<f64>], n: usize, size: f64) -> usize {
+    let mut distances: Vec<f64> = all.iter().map(|other| (other - all[number]).norm()).collect();
     distances.sort_unstable_by(f64::total_cmp);
-    let reach = |m: usize| (OPEN * n as f64 * f64::EPSILON).powf(1.0 / m as f64) * size;
-    let near = |m: usize| distances.partition_point(|distance| *distance <= reach(m));
+    let near = |m: usize| distances.partition_point(|distance| *distance <= reach(m, n, size));
     (2..=all.len()).find(|m| near(*m) <= *m).map_or(1, near)
+}
+
+/// Eigenvalues of a balanced matrix that are equal, more of them than have one vector in common.
+struct Groups<'a> {
+    all: &'a [Complex<f64>],
+    matrix: &'a DMatrix<f64>,
+    size: f64,
+    found: Vec<Equal>,
+    /// What may have been parted as blocks of a size, and is not equal.
+    tried: Vec<(usize, Vec<usize>)>,
+}
+
+impl Groups<'_> {
+    /// Looks for those that are equal to this one.
+    fn look_at(&mut self, number: usize) {
+        if self.found.iter().any(|group| group.members.contains(&number)) {
+            return;
+        }
+        let n = self.matrix.nrows();
+        for block in 2..=LARGEST_BLOCK {
+            let near = |other: &usize| (self.all[*other] - self.all[number]).norm() <= reach(block, n, self.size);
+            let members: Vec<usize> = (0..self.all.len()).filter(near).collect();
+            let known = self.tried.iter().any(|(size, members)| *size == block && members.contains(&number));
+            if members.len() <= block || known {
+                continue;
+            }
+            let limit = reach(1, n, self.size);
+            match Equal::of(self.matrix, self.all, &members, (self.size, limit)).filter(|found| found.block <= block) {
+                Some(found) => return self.found.push(found),
+                None => self.tried.push((block, members)),
+            }
+        }
+    }
 }
 
 /// D^-1 A D with powers of two in D, so that rows and columns are of like sizes; and the diagonal of D.

@@ -174,6 +174,40 @@ fn a_double_eigenvalue_is_moved_by_the_root_of_round_off_at_most() {
     }
 }
 
+/// Many critically damped oscillators of one frequency, by themselves or seen in other coordinates, beside a lightly damped one: each pair of
+/// equal eigenvalues has a vector of its own, however many there are, and round-off moves them by its square root.
+#[test]
+fn equal_double_eigenvalues_are_moved_as_one_of_them_is() {
+    for (count, turned) in [(2, false), (3, false), (3, true), (12, false), (12, true), (25, false)] {
+        let (w, n) = (10.0, 2 * count + 2);
+        let mut a = DMatrix::zeros(n, n);
+        for k in 0..=count {
+            let (w, d) = if k < count { (w, 2.0 * w) } else { (8.0, 4.8) };
+            (a[(2 * k, 2 * k + 1)], a[(2 * k + 1, 2 * k)], a[(2 * k + 1, 2 * k + 1)]) = (1.0, -w * w, -d);
+        }
+        if turned {
+            let q = random(n, count).qr().q();
+            a = &q * a * q.transpose();
+        }
+        let found = spectrum(&a).unwrap();
+        let equal: Vec<&Pair> = found.pairs.iter().filter(|pair| (pair.value + w).norm() < 1e-3 * w).collect();
+        let copies: usize = equal.iter().map(|pair| if pair.value.im > 0.0 { 2 } else { 1 }).sum();
+        assert_eq!((copies, found.pairs.len()), (2 * count, equal.len() + 1), "{count} {turned}");
+        for pair in &equal {
+            assert!(
+                (pair.value + w).norm() < pair.uncertainty && pair.uncertainty < 1e-3 * w,
+                "{count} {turned} {pair:?}"
+            );
+            assert!(pair.residual < 1e-10, "{count} {turned}: {}", pair.residual);
+        }
+        if count > 2 {
+            let vectors = DMatrix::from_fn(n, equal.len(), |row, k| equal[k].vector[row].re);
+            let values = crate::linalg::SingularValues::of(&vectors).unwrap();
+            assert_eq!(values.rank(1e-6 * values.largest()), count, "{count} {turned}");
+        }
+    }
+}
+
 /// Masses in a plane row, each tied to the next along it by a spring and across it by a spring that is far softer, with a damper on
 /// some; held at one end, or not.
 fn row(masses: usize, soft: f64, held: bool) -> DMatrix<f64> {

@@ -16,6 +16,8 @@ pub(super) struct Parted {
     pub(super) form: DMatrix<f64>,
     /// The rows of Z.
     pub(super) zeros: usize,
+    /// How often there was a null space: the largest number of zeros that have one vector in common.
+    pub(super) rounds: usize,
     /// An orthonormal basis of the null space of A.
     pub(super) null: DMatrix<f64>,
     /// Q: the first, where there is one, times the second.
@@ -27,7 +29,7 @@ impl Parted {
     pub(super) fn of(matrix: &DMatrix<f64>, size: f64, limit: f64) -> Option<Self> {
         let n = matrix.nrows();
         let (mut whole, mut turn, mut zeros) = (matrix.clone(), None::<DMatrix<f64>>, 0);
-        let mut null = DMatrix::zeros(n, 0);
+        let (mut null, mut rounds) = (DMatrix::zeros(n, 0), 0);
         loop {
             let mut form = whole.clone();
             let to_form = Turn::to_form(&mut form, zeros);
@@ -39,7 +41,7 @@ impl Parted {
                 Some(null_space_first(&rest, size, limit)?).filter(|(count, _)| *count > 0)
             };
             let Some((count, basis)) = found else {
-                return Some(Self { form, zeros, null, turns: (turn, to_form) });
+                return Some(Self { form, zeros, rounds, null, turns: (turn, to_form) });
             };
             let turned = whole.columns(zeros, left) * &basis;
             whole.columns_mut(zeros, left).copy_from(&turned);
@@ -53,6 +55,7 @@ impl Parted {
                 null = basis.columns(0, count).into_owned();
             }
             zeros += count;
+            rounds += 1;
         }
     }
 
@@ -164,7 +167,7 @@ mod tests {
         let q = random(n, 4).qr().q();
         let a = &q * a * q.transpose();
         let parted = Parted::of(&a, a.norm(), 1e-12 * a.norm()).unwrap();
-        assert_eq!((parted.zeros, parted.null.ncols()), (2 * free, free));
+        assert_eq!((parted.zeros, parted.rounds, parted.null.ncols()), (2 * free, 2, free));
         assert!((&a * &parted.null).norm() < 1e-13 * a.norm());
         let columns: Vec<Split> = (0..n)
             .map(|k| Split { re: (0..n).map(|i| f64::from(u8::from(i == k))).collect(), im: vec![0.0; n] })
