@@ -436,6 +436,35 @@ fn at_the_edge_of_what_is_allowed_differences_are_one_sided() {
     assert!(worst < 1e-8, "{worst:e}");
 }
 
+/// A small pendulum without damping: how large steps have to be is not to be seen from a value that is 0, and there is none below it. The first
+/// step, of 1e-3 N m s/rad, is a thousand times what lets it creep. What central differences of damped runs say is
+/// the reference: extrapolated to 0, to which the motion is a smooth function of the damping.
+#[test]
+fn at_the_edge_steps_are_made_smaller_too() {
+    let scratch = Scratch::new();
+    let scene = "[plugins]\nlibraries = [\"joints\", \"forces\"]\n[simulation]\ngravity = [0, 0, -9.81]\nt_end = 3\noutput_step = 0.1\n\
+                 [[body]]\nname = \"b\"\nmass = 1e-3\ninertia = [1e-7, 1e-7, 1e-7]\nposition = [0.04, 0, -0.03]\n\
+                 [[joint]]\nname = \"h\"\ntype = \"revolute\"\nbodies = [\"ground\", \"b\"]\npoint = [0, 0, 0]\naxis = [0, 1, 0]\n\
+                 [[force]]\nname = \"d\"\ntype = \"rotational-spring-damper\"\nbodies = [\"ground\", \"b\"]\naxis = [0, 1, 0]\n\
+                 params = { stiffness = 0, damping = 0 }\n\
+                 [[output]]\nname = \"phi\"\nquantity = \"coordinate\"\nof = \"h\"\nchannel = \"angle\"\n";
+    let path = scratch.file("scene.toml", scene);
+    let found = of(&path, &["phi"], &["d.params.damping"], &[]);
+    assert_eq!((found.status, found.parameters[0].stencil), ("certain", "forward"), "{:?}", found.notes);
+    let beside = |damping: &str| {
+        let set = format!("d.params.damping={damping}");
+        of(&path, &["phi"], &["d.params.damping"], &[&set]).outputs.remove(0).derivative
+    };
+    let all = ["1e-9", "2e-9", "3e-9"].map(beside);
+    let own = &found.outputs[0];
+    let largest = own.derivative.iter().fold(0.0_f64, |most, one| most.max(one.abs()));
+    assert!(largest > 1e5 && own.digits > 4.0, "{largest} {}", own.digits);
+    for (k, one) in own.derivative.iter().enumerate() {
+        let expected = 3.0 * all[0][k] - 3.0 * all[1][k] + all[2][k];
+        assert!((one - expected).abs() < 1e-4 * largest, "{k}: {one} {expected}");
+    }
+}
+
 #[test]
 fn a_number_that_changes_nothing_has_no_influence_and_one_that_is_not_there_is_refused() {
     let scratch = Scratch::new();

@@ -334,7 +334,7 @@ fn assemble(
         all.status = "uncertain";
         let names = doubtful.join(", ");
         all.notes
-            .push(format!("fewer than two digits are certain of {names}: what is differenced is not smooth there"));
+            .push(format!("fewer than two digits are certain of {names}: what is differenced is not smooth there, or only for steps (`--step`) of another size than were tried"));
     }
     all
 }

@@ -133,14 +133,15 @@ impl Search<'_> {
             (self.progress)((ended as f64 / expected as f64).min(0.99));
         };
         let first = self.request.step.unwrap_or(FIRST);
-        let mut open: Vec<(usize, f64)> = (0..parameters.len()).map(|number| (number, first)).collect();
+        let mut open: Vec<(usize, f64, Stencil)> =
+            (0..parameters.len()).map(|number| (number, first, Stencil::Central)).collect();
         let mut all: Vec<Vec<Round>> = parameters.iter().map(|_| Vec::new()).collect();
         let mut runs = vec![0; parameters.len()];
         for round in 0..MOST_ROUNDS {
             let mut next = Vec::new();
             let made = self.rounds(parameters, &open, (round == 0, &fine, &there), &progress);
-            for ((number, share), made) in open.iter().zip(made) {
-                runs[*number] += Stencil::Central.places().len();
+            for ((number, share, stencil), made) in open.iter().zip(made) {
+                runs[*number] += stencil.places().len();
                 let rounds = &mut all[*number];
                 let made = match made {
                     Ok(made) => made,
@@ -150,8 +151,11 @@ impl Search<'_> {
                 };
                 let before = Round::worst(rounds);
                 rounds.push(made);
-                let wanted = next_share(rounds, before).filter(|_| self.request.step.is_none());
-                next.extend(wanted.filter(|wanted| wanted != share).map(|wanted| (*number, wanted)));
+                let sized = parameters[*number].value != 0.0;
+                let wanted = next_share(rounds, before, sized).filter(|_| self.request.step.is_none());
+                // Where the scene did not run on one side, it need not there with a smaller step.
+                let stencil = rounds[0].stencil;
+                next.extend(wanted.filter(|wanted| wanted != share).map(|wanted| (*number, wanted, stencil)));
             }
             open = next;
             if open.is_empty() {
@@ -185,7 +189,7 @@ impl Search<'_> {
     fn rounds(
         &self,
         parameters: &[Parameter],
-        open: &[(usize, f64)],
+        open: &[(usize, f64, Stencil)],
         (first, fine, there): (bool, &Way, &[f64]),
         progress: &(dyn Fn() + Sync),
     ) -> Vec<Result<Round, SessionError>> {
@@ -199,21 +203,20 @@ impl Search<'_> {
             progress();
             done
         };
-        let jobs = open.iter().flat_map(|(number, share)| places(Stencil::Central, *number, *share)).collect();
+        let jobs = open.iter().flat_map(|(number, share, stencil)| places(*stencil, *number, *share)).collect();
         let mut done = pool::each(jobs, self.request.jobs, one).into_iter();
-        let count = Stencil::Central.places().len();
         open.iter()
-            .map(|(number, share)| {
-                let own: Vec<Result<Sampled, SessionError>> = done.by_ref().take(count).collect();
+            .map(|(number, share, tried)| {
+                let own: Vec<Result<Sampled, SessionError>> = done.by_ref().take(tried.places().len()).collect();
                 self.at_these_times(&parameters[*number], &own)?;
                 let fails = |side: usize| own.iter().skip(side).step_by(2).any(Result::is_err);
                 // Places alternate: below, above.
-                let stencil = match (fails(0), fails(1)) {
-                    (true, false) => Stencil::Forward,
-                    (false, true) => Stencil::Backward,
-                    _ => Stencil::Central,
+                let stencil = match (tried, fails(0), fails(1)) {
+                    (Stencil::Central, true, false) => Stencil::Forward,
+                    (Stencil::Central, false, true) => Stencil::Backward,
+                    _ => *tried,
                 };
-                let own = if stencil == Stencil::Central || !first {
+                let own = if stencil == *tried || !first {
                     own
                 } else {
                     pool::each(places(stencil, *number, *share).collect(), self.request.jobs, one)
@@ -416,8 +419,9 @@ pub(crate) fn base(value: f64) -> f64 {
     if value == 0.0 { 1.0 } else { value.abs() }
 }
 
-/// The next step to try, if any: for the column that is worst so far. `before`: what was worst before the last round.
-fn next_share(rounds: &[Round], before: Option<(usize, f64)>) -> Option<f64> {
+/// The next step to try, if any: for the column that is worst so far. `before`: what was worst before the last round; `sized`: whether the
+/// number is not 0, so that its first step is a share of it.
+fn next_share(rounds: &[Round], before: Option<(usize, f64)>, sized: bool) -> Option<f64> {
     let (column, error) = Round::worst(rounds)?;
     let last = rounds.last()?;
     let passed = |round: &Round| round.marked.iter().filter(|marked| **marked).count();
@@ -432,6 +436,11 @@ fn next_share(rounds: &[Round], before: Option<(usize, f64)>) -> Option<f64> {
     }
     let best = &rounds[choice(rounds, column)];
     let [fine, rough, open] = best.errors[column];
+    if !sized && rough > FAR_TOO_LARGE && open > NOISE {
+        // Of what size steps have to be is not known: far smaller ones may show nothing better yet.
+        let smallest = rounds.iter().map(|round| round.share).fold(f64::INFINITY, f64::min);
+        return Some(0.03 * smallest);
+    }
     if before.is_some_and(|(_, before)| error > 0.5 * before) {
         // Not round-off, which larger steps make less of: kinks between the runs, which smaller ones leave outside.
         let smallest = rounds.iter().map(|round| round.share).fold(f64::INFINITY, f64::min);
