@@ -13,6 +13,7 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
+from . import _odyn as _compiled
 from ._elements import file_of
 from ._errors import Diagnostic, Error
 from ._program import PROGRAM
@@ -198,12 +199,15 @@ def _names(titles: Sequence[str]) -> tuple[list[str], list[str]]:
 
 
 def _quantities(cells: Sequence[str]) -> tuple[list[str], str]:
-    """The numbers of texts such as `40 mm` and their unit, if all have the same; else nothing."""
+    """The numbers of texts such as `40 mm` and their unit, if all have the same; else nothing, as of expressions such as `2 * l`."""
     found = [QUANTITY.fullmatch(cell) for cell in cells]
     units = {one.group(2) or "" if one else None for one in found}
     if len(units) != 1 or None in units:
         return [], ""
-    return [one.group(1) for one in found if one], str(units.pop())
+    unit = str(units.pop())
+    if unit and not _compiled.is_unit(unit):
+        return [], ""
+    return [one.group(1) for one in found if one], unit
 
 
 def _field(name: str, kind: Any, unit: str) -> pyarrow.Field:

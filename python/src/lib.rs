@@ -70,6 +70,12 @@ mod _odyn {
         let _ = py;
     }
 
+    /// Whether a text is a unit, such as `mm` or `N s/m`.
+    #[pyfunction]
+    fn is_unit(text: &str) -> bool {
+        odyn::scene::parse_unit(text).is_ok()
+    }
+
     /// The page of runs in folders of results.
     #[pyfunction]
     fn report(py: Python<'_>, folders: Vec<PathBuf>) -> PyResult<String> {

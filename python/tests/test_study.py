@@ -41,6 +41,25 @@ def test_points_are_runs(model, tmp_path):
     assert read.num_rows == 12
 
 
+def test_keys_with_expressions_are_texts_and_quantities_numbers(model, tmp_path):
+    pyarrow = pytest.importorskip("pyarrow")
+    for k, (texts, numbers, unit) in enumerate(
+        [
+            (["40 mm", "4.1e1 mm"], [40.0, 41.0], "mm"),
+            (["3 * crank.radius", "4 * crank.radius"], None, None),
+            (["2^5 * 1 mm", "40 mm"], None, None),
+            (["40", "41"], [40.0, 41.0], None),
+            (["4_0", "4_1"], None, None),
+            (["80 mm / 2", "82 mm / 2"], None, None),
+        ]
+    ):
+        found = odyn.study(model, [{"rod.length": text} for text in texts], output=tmp_path / str(k)).arrow()
+        field = found.schema.field("rod.length")
+        assert field.type == (pyarrow.string() if numbers is None else pyarrow.float64()), texts
+        assert found["rod.length"].to_pylist() == (numbers or texts)
+        assert (field.metadata or {}).get(b"unit", b"").decode() == (unit or "")
+
+
 def test_rows_fail_alone_and_studies_with_a_reason(model, tmp_path):
     found = odyn.study(model, [{"rod.length": "50 mm"}, {"rod.length": "3 kg"}], output=tmp_path)
     assert found["status"] == ["completed", "failed"]
