@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from os import PathLike
 from pathlib import Path
@@ -231,7 +232,7 @@ class Analyses:
         data
             A table with times and measured columns.
         vary
-            Keys of numbers, with their bounds where they have some: `{"rod.length": ("30 mm", "60 mm")}`.
+            Keys of numbers, with their bounds where they have some: `{"rod.length": ("30 mm", "60 mm")}`; `math.inf` and `-math.inf` are none.
         columns
             Measured columns with the outputs that they measure; all by their own names where left out.
         noise
@@ -242,7 +243,10 @@ class Analyses:
         from ._model import Model
 
         def bounded(key: str, bounds: tuple[Value, Value] | None) -> str:
-            return key if bounds is None else f"{key}={text_of(bounds[0])}:{text_of(bounds[1])}"
+            if bounds is None:
+                return key
+            low, high = ("" if bound == none else text_of(bound) for bound, none in zip(bounds, (-math.inf, math.inf), strict=True))
+            return f"{key}={low}:{high}"
 
         pairs = vary.items() if isinstance(vary, Mapping) else ((key, None) for key in _one_or_more(vary) or [])
         varied = [bounded(key, bounds) for key, bounds in pairs]

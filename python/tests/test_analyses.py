@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import subprocess
 import sys
 
@@ -108,6 +109,10 @@ def test_sensitivities_and_fits():
     assert odyn.load(text=fit.text).run()["omega"][-1] == pytest.approx(run["omega"][-1], rel=1e-8)
     with pytest.raises(odyn.Error, match="nothing"):
         model.fit({"t": run.t, "nothing": run["omega"]}, "rod.mass")
+    # A side that is infinite is no bound.
+    for bounds in ((1, math.inf), (-math.inf, 4), (-math.inf, math.inf)):
+        again = model.fit({"t": run.t, "omega": run["omega"]}, {"rod.mass": bounds}, noise={"omega": 1e-6})
+        assert again.values["rod.mass"] == pytest.approx(2.5, rel=1e-8)
 
 
 def test_files_that_changed_are_refused(tmp_path):
