@@ -399,9 +399,7 @@ impl Simulation<'_> {
 
     /// Takes note of how far the rates of what touches and slides are known where they meet, by how these changed until then.
     fn note_changes(&mut self, t: f64, state: &[f64]) -> Result<(), AnalysisError> {
-        let traces = self.formulation.traces();
         let inputs = self.formulation.observe(t, state, true)?.inputs.to_vec();
-        self.formulation.forget_since(&traces);
         let slot = self.layout.acceleration_slot();
         let accelerations = &inputs[slot..slot + self.layout.velocities()];
         let Some(touch) = &mut self.touch else { return Ok(()) };
