@@ -142,23 +142,21 @@ impl Sharp {
         found
     }
 
-    /// The conditions that depend on nothing but time: those that compare one function of time with several numbers, as a table with
-    /// jumps does, as the break points of a table, which are found however many there are; and the others.
+    /// Of the conditions that depend on nothing but time those that compare one function with several numbers, as a table with jumps
+    /// does, as the break points of a table, which are found however many there are.
     #[must_use]
-    pub fn jumps(&self, graph: &Graph) -> (Vec<(Node, Knots)>, Vec<(Node, Node)>) {
+    pub fn jumps(&self, graph: &Graph) -> Vec<(Node, Knots)> {
         let mut jumps: BTreeMap<Node, Vec<f64>> = BTreeMap::new();
         for (a, b) in &self.conditions {
             jumps.entry(*a).or_default().extend(graph.value(*b));
         }
         jumps.retain(|_, breaks| breaks.len() > 1);
-        let is_other = |(a, b): &(Node, Node)| !(jumps.contains_key(a) && graph.value(*b).is_some());
-        let others = self.conditions.iter().copied().filter(is_other).collect();
         let knots = jumps.into_iter().map(|(at, mut breaks)| {
             breaks.sort_by(f64::total_cmp);
             breaks.dedup();
             (at, Knots { breaks, period: None })
         });
-        (knots.collect(), others)
+        knots.collect()
     }
 }
 

@@ -199,10 +199,13 @@ impl Watching {
         let angles = of_carried(equations, angles);
         let g = &mut equations.graph;
         let mut of_time = Vec::new();
-        let (jumps, switches) = self.sharp.jumps(g);
-        for (a, b) in switches {
-            of_time.push(g.sub(a, b));
-            guards.of_time.push(Guard::Switch);
+        let jumps = self.sharp.jumps(g);
+        for (a, b) in &self.sharp.conditions {
+            let is_jump = g.value(*b).is_some() && jumps.iter().any(|(at, _)| at == a);
+            if !is_jump {
+                of_time.push(g.sub(*a, *b));
+                guards.of_time.push(Guard::Switch);
+            }
         }
         for (at, knots) in self.sharp.knots.iter().cloned().chain(jumps) {
             of_time.push(at);
