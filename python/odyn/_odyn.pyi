@@ -19,6 +19,7 @@ __all__ = [
     "farewell",
     "fitted",
     "inverse",
+    "is_unit",
     "kinematics",
     "linearise",
     "loads",
