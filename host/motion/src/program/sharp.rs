@@ -207,7 +207,8 @@ fn is_source(graph: &Graph, node: Node) -> bool {
     match graph.expr(node) {
         Expr::Input(slot) => slot as usize == Layout::TIME,
         Expr::Exp(_) | Expr::Tanh(_) | Expr::Table { .. } | Expr::Div(..) | Expr::Atan2(..) => true,
-        Expr::Powi(..) | Expr::Powf(..) => true,
+        Expr::Powi(_, n) => n < 0 || f64::from(n) >= SHARP_POWER,
+        Expr::Powf(..) => true,
         _ => false,
     }
 }
