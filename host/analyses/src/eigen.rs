@@ -77,9 +77,12 @@ impl Pair {
         let error = first_order / self.condition / self.size;
         first_order.min(error.powf(1.0 / self.block as f64) * self.size)
     }
-}
 
-impl Pair {
+    /// By how much round-off in the matrix moves the eigenvalue to first order.
+    fn first_order(&self) -> f64 {
+        OPEN * self.vector.len() as f64 * f64::EPSILON * self.size * self.condition
+    }
+
     /// Of vectors of unit length from the right and from the left of a balanced matrix of a size, and what it makes of that from the right.
     fn of(
         value: Complex<f64>,
@@ -90,9 +93,8 @@ impl Pair {
     ) -> Self {
         let residual = (moved - &vector * value).norm() / size;
         let condition = 1.0 / left.dotc(&vector).norm().max(f64::MIN_POSITIVE);
-        let first_order = OPEN * vector.len() as f64 * f64::EPSILON * size * condition;
         let pair = Self { value, vector, left, residual, uncertainty: 0.0, block, condition, size };
-        Self { uncertainty: pair.moved(first_order), ..pair }
+        Self { uncertainty: pair.moved(pair.first_order()), ..pair }
     }
 
     /// Takes vectors of a balanced matrix to those of the matrix itself. `None` without an entry.
@@ -167,8 +169,7 @@ pub fn spectrum(matrix: &DMatrix<f64>) -> Option<Spectrum> {
     let single: Vec<Pair> = single.collect();
     let mut groups = Groups { all: &all, matrix: &balanced, size, found: Vec::new(), tried: Vec::new() };
     for ((number, _), pair) in found.iter().zip(&single) {
-        let first_order = OPEN * n as f64 * f64::EPSILON * size * pair.condition;
-        if pair.block > 2 && first_order > reach(2, n, size) {
+        if pair.block > 2 && pair.first_order() > reach(2, n, size) {
             groups.look_at(*number);
         }
     }

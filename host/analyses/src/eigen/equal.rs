@@ -62,9 +62,7 @@ impl Equal {
             parted_basis(null, if is_real { 1 } else { 2 }).into_iter().map(with_left).collect::<Option<Vec<_>>>()?;
         (!vectors.is_empty()).then(|| Self { members: members.to_vec(), value, block: parted.rounds, vectors })
     }
-}
 
-impl Equal {
     /// Each of them with one of the vectors, in turn.
     pub(super) fn pairs(&self, matrix: &DMatrix<f64>, size: f64) -> Vec<Pair> {
         let moved = |[vector, _]: &[ComplexVector; 2]| {

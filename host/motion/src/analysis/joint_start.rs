@@ -6,7 +6,7 @@ use element_api::recording::Recording;
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use rustc_hash::FxHashMap;
 
-use super::turns::product;
+use super::turns::{product, quaternion};
 use crate::linalg::SingularValues;
 use crate::model::{Marker, Model, euler_parameters, rotation};
 use crate::plan::{SpanningTree, TreeJoint};
@@ -128,7 +128,8 @@ impl JointStart {
         let (axes, rest): (Vec<_>, _) = ((0..n).map(axis).collect(), euler_parameters(&rest));
         let holds = TRIED.iter().all(|tried| {
             let q: Vec<f64> = tried.iter().copied().cycle().take(n).enumerate().map(|(k, q)| q + k as f64).collect();
-            let off = matrix(&self.poses[place].at(&q)[3..12]) - rotation(&product(&axes, &q, &rest));
+            let found = product(axes.iter().zip(q.iter().copied()), quaternion(&rest));
+            let off = matrix(&self.poses[place].at(&q)[3..12]) - rotation(&[found.w, found.i, found.j, found.k]);
             off.amax() < TURNS
         });
         holds.then_some((rest, axes))

@@ -4,7 +4,7 @@
 //! angle: functions of the joint's coordinates that are continuous however far these are from where they were seen last. So are the
 //! products of these along the tree, up to the sign that each body has at the start.
 
-use nalgebra::{Quaternion, Vector3};
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 use super::joint_start::JointStart;
 use crate::model::{Marker, Model, euler_parameters};
@@ -32,7 +32,7 @@ struct Joint {
 }
 
 struct Turn {
-    /// Coordinates that turn, each about an axis in the first frame of length 1/2, one after the other.
+    /// Coordinates that turn, each about an axis in the first frame, one after the other.
     angles: Vec<(Vector3<f64>, Angle)>,
     /// What they turn.
     rest: Quaternion<f64>,
@@ -54,8 +54,7 @@ impl Angle {
 
 impl Turn {
     fn at(&self, state: &[f64]) -> Quaternion<f64> {
-        let turned = |before, (axis, angle): &(Vector3<f64>, Angle)| before * turn_about(axis, angle.at(state));
-        let own = self.angles.iter().fold(Quaternion::identity(), turned) * self.rest;
+        let own = product(self.angles.iter().map(|(axis, angle)| (axis, angle.at(state))), self.rest);
         self.rotation.map_or(own, |at| own * quaternion(&state[at..at + 4]))
     }
 }
@@ -86,7 +85,7 @@ impl Turns {
             };
             let turn = turn.map(|(rest, axes)| {
                 let axes = axes.into_iter().zip(own).filter(|(axis, _)| *axis != Vector3::zeros());
-                Turn { angles: axes.map(|(axis, line)| (0.5 * axis, angle(line))).collect(), rest, rotation }
+                Turn { angles: axes.map(|(axis, line)| (axis, angle(line))).collect(), rest, rotation }
             });
             let frame = |marker: &Marker| quaternion(&euler_parameters(&marker.rotation));
             let frames =
@@ -135,21 +134,17 @@ impl Turns {
 }
 
 /// Euler parameters, scalar first.
-fn quaternion(p: &[f64]) -> Quaternion<f64> {
+pub(super) fn quaternion(p: &[f64]) -> Quaternion<f64> {
     Quaternion::new(p[0], p[1], p[2], p[3])
 }
 
-/// A turn by an angle about an axis, whose length is half of what it turns by.
-fn turn_about(axis: &Vector3<f64>, angle: f64) -> Quaternion<f64> {
-    let half = axis.norm();
-    let (sine, cosine) = (half * angle).sin_cos();
-    Quaternion::from_parts(cosine, axis * (sine / half))
-}
-
-/// Rotation matrix of turns about axes, one after the other, of what is turned by `rest`.
-pub(super) fn product(axes: &[Vector3<f64>], q: &[f64], rest: &[f64; 4]) -> [f64; 4] {
-    let turns = axes.iter().zip(q).filter(|(axis, _)| **axis != Vector3::zeros());
-    let all = turns.fold(Quaternion::identity(), |before, (axis, q)| before * turn_about(&(0.5 * axis), *q));
-    let all = all * quaternion(rest);
-    [all.w, all.i, all.j, all.k]
+/// Turns about axes, as far as these are long for each angle of 1, one after the other, of what is turned by `rest`.
+pub(super) fn product<'a>(
+    turns: impl Iterator<Item = (&'a Vector3<f64>, f64)>,
+    rest: Quaternion<f64>,
+) -> Quaternion<f64> {
+    let turned = |before, (axis, angle): (&Vector3<f64>, f64)| {
+        before * UnitQuaternion::from_scaled_axis(axis * angle).into_inner()
+    };
+    turns.fold(Quaternion::identity(), turned) * rest
 }

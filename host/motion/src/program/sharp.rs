@@ -145,7 +145,7 @@ impl Sharp {
     /// Of the conditions that depend on nothing but time those that compare one function with several numbers, as a table with jumps
     /// does, as the break points of a table, which are found however many there are.
     #[must_use]
-    pub fn jumps(&self, graph: &Graph) -> Vec<(Node, Knots)> {
+    pub fn jumps(&self, graph: &Graph) -> BTreeMap<Node, Knots> {
         let mut jumps: BTreeMap<Node, Vec<f64>> = BTreeMap::new();
         for (a, b) in &self.conditions {
             jumps.entry(*a).or_default().extend(graph.value(*b));
@@ -278,14 +278,8 @@ fn stretch(graph: &Graph, expr: Expr, of: impl Fn(Node) -> Depends, known: impl 
         Expr::Atan2(a, b) if is_sharp(a) || is_sharp(b) => Stretch::Rises,
         Expr::Atan2(a, b) if changes(a) != changes(b) => Stretch::Turns,
         Expr::Div(_, b) if is_sharp(b) => Stretch::Rises,
-        Expr::Div(a, b) if !moves(a) && moves(b) && has_hill(b) => Stretch::Rises,
-        Expr::Div(a, b) if moves(b) && is_distance(b) => {
-            if moves(a) {
-                Stretch::Turns
-            } else {
-                Stretch::Rises
-            }
-        }
+        Expr::Div(a, b) if !moves(a) && moves(b) && (has_hill(b) || is_distance(b)) => Stretch::Rises,
+        Expr::Div(_, b) if moves(b) && is_distance(b) => Stretch::Turns,
         Expr::Add(a, b) | Expr::Sub(a, b) if known(a).min(known(b)) != Stretch::Smooth => Stretch::Rises,
         Expr::Mul(a, b) if is_sharp(a) && is_sharp(b) => Stretch::Rises,
         // With what stays as it is, it is as sharp as before.

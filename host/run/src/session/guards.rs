@@ -201,7 +201,7 @@ impl Watching {
         let mut of_time = Vec::new();
         let jumps = self.sharp.jumps(g);
         for (a, b) in &self.sharp.conditions {
-            let is_jump = g.value(*b).is_some() && jumps.iter().any(|(at, _)| at == a);
+            let is_jump = g.value(*b).is_some() && jumps.contains_key(a);
             if !is_jump {
                 of_time.push(g.sub(*a, *b));
                 guards.of_time.push(Guard::Switch);

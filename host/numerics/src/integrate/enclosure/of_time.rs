@@ -53,6 +53,10 @@ impl Enclosure {
         }
         let mut lasts = vec![0.0; n];
         for (number, share) in seen.iter().enumerate() {
+            // Several stages may be at one time.
+            if number > 0 && *share == seen[number - 1] {
+                continue;
+            }
             values_at_time(run, start + share * h, &mut lasts);
             for ((value, hull), size) in lasts.iter().zip(&mut self.hulls).zip(&mut self.sizes_of_time) {
                 let point = Interval::point(*value);
