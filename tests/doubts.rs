@@ -88,6 +88,9 @@ fn a_run_in_which_nothing_moved_says_so() {
     }
     let moves = run(&pendulum(Y, EARTH, ""), &[]);
     assert_eq!(found(&moves, codes::NOTHING_MOVED).len(), 0);
+    // Half a nanometre, as all that falls for so short.
+    let short = run(&pendulum(Y, EARTH, ""), &["simulation.t_end=1e-5", "simulation.output_step=1e-6"]);
+    assert_eq!(found(&short, codes::NOTHING_MOVED).len(), 0, "{:?}", short.warnings);
     // What drives back to where it began, and what cannot move.
     let spun = pendulum(Y, "[0, 0, 0]", "").replace(
         "position",

@@ -17,7 +17,7 @@ use crate::scene::{AuditTolerance, Dimension};
 use element_api::descriptor::Kind;
 use element_api::recording::Op;
 
-/// Bodies that move by less than this share of the scene's size during a run are at rest.
+/// Bodies that move by less than this share of the scene's size, or of a free fall, during a run are at rest.
 const AT_REST: f64 = 1e-9;
 /// Steps that differ by this share are the same.
 const SAME_STEP: f64 = 1e-9;
@@ -228,11 +228,14 @@ impl Session {
         let free = self.plan.mobility > 0 && !self.equations.has_events();
         let Some(energy) = summary.audit.largest_kinetic_energy() else { return };
         let duration = self.scene.simulation.t_end - self.begins.time;
-        let slow = AT_REST * self.assembly.scales.length / duration;
+        // In a short run even what falls freely goes less far than a small share of a large scene.
+        let gravity = self.model.gravity.norm();
+        let falls = if gravity > 0.0 { gravity * duration } else { f64::INFINITY };
+        let slow = AT_REST * falls.min(self.assembly.scales.length / duration);
         let mass: f64 = self.model.bodies.iter().map(|body| body.mass).sum();
         if summary.status == Status::Completed && asked && free && energy <= mass * slow * slow {
             let freedoms = plural(self.plan.mobility, "freedom", "freedoms");
-            let gravity = if self.model.gravity.norm() == 0.0 {
+            let gravity = if gravity == 0.0 {
                 "`gravity` is not given: give it,"
             } else {
                 "check the directions of axes and of gravity, or give"
