@@ -89,6 +89,9 @@ fn loads_are_written_for_finite_elements() {
     let step = fs::read_to_string(folder.join("step-2.inp")).unwrap();
     assert!(step.contains("EALL, CENTRIF, ") && step.contains("*STATIC"), "{step}");
     assert_eq!(rows(&folder.join("loads.csv")), 5);
+    // Fewer instants leave no step of those before.
+    scratch.odyn("loads brick.toml --body brick --at 0 --format calculix --units m").ends_with(0);
+    assert!(folder.join("step-1.inp").exists() && !folder.join("step-2.inp").exists());
     // Of a body that falls, nothing but its weight is against its inertia: both are printed.
     let falls =
         scratch.odyn("loads brick.toml --body brick --at 0 --set simulation.gravity=[0,0,-10] -o fall").ends_with(0);
@@ -108,4 +111,18 @@ fn loads_are_written_for_finite_elements() {
     {
         scratch.odyn(&format!("loads brick.toml --body brick --format calculix {wrong}")).ends_with(2);
     }
+}
+
+/// A folder of results names its scene: loads are those of the scene as it is, which may not be that of the run any more.
+#[test]
+fn loads_of_results_say_whether_the_scene_was_changed_since() {
+    let scratch = Scratch::new("loads-of-results");
+    scratch.file("point.toml", POINT);
+    scratch.odyn("run point.toml").ends_with(0);
+    let loads = || scratch.odyn("loads results/point --body point --at 0 -o loads").ends_with(0).out().to_string();
+    assert!(!loads().contains("was changed"), "{}", loads());
+    scratch.file("point.toml", &POINT.replace("mass = 2", "mass = 3"));
+    let note =
+        "note: point.toml was changed since the run in results/point: these are the loads of the scene as it is now";
+    assert!(loads().contains(note), "{}", loads());
 }

@@ -8,7 +8,7 @@ use odyn::analyses::loads::{Consistent, Loads, loads as loads_of};
 use odyn::analyses::place::At;
 use odyn::analyses::shown;
 use odyn::diagnostics::{Diagnostic, codes, counted};
-use odyn::results::{SUMMARY_FILE, significant};
+use odyn::results::{SUMMARY_FILE, checksum_of_file, significant};
 use odyn::scene::Override;
 use odyn::session::{RunOptions, Session};
 
@@ -21,12 +21,13 @@ use super::terminal::{self, Progress};
 /// What is left of all loads, as a share of their sizes, that is round-off.
 const ROUND_OFF: f64 = 1e-9;
 
-/// The scene with its options: as named, or as the summary of a folder of results has it.
-fn scene(args: &LoadsArgs) -> Result<(PathBuf, RunOptions), Failure> {
+/// The scene with its options: as named, or as the summary of a folder of results has it, with a note where that is not the
+/// scene of the run any more.
+fn scene(args: &LoadsArgs) -> Result<(PathBuf, RunOptions, Option<String>), Failure> {
     let mut options = args.scene.options(None);
     let named = &args.scene.scene;
     if !named.is_dir() {
-        return Ok((named.clone(), options));
+        return Ok((named.clone(), options, None));
     }
     let path = named.join(SUMMARY_FILE);
     let wrong = |reason: String| {
@@ -42,7 +43,14 @@ fn scene(args: &LoadsArgs) -> Result<(PathBuf, RunOptions), Failure> {
     let mut overrides: Vec<Override> = sets.filter_map(|one| one.as_str()).map(Override::new).collect();
     overrides.append(&mut options.overrides);
     options.overrides = overrides;
-    Ok((PathBuf::from(scene), options))
+    let scene = PathBuf::from(scene);
+    let noted = summary.get("scene_sha256").and_then(serde_json::Value::as_str);
+    let is = checksum_of_file(&scene).ok();
+    let changed = noted.zip(is).filter(|(was, is)| was != is).map(|_| {
+        let (scene, results) = (scene.display(), named.display());
+        format!("{scene} was changed since the run in {results}: these are the loads of the scene as it is now")
+    });
+    Ok((scene, options, changed))
 }
 
 /// The times that were asked for; `None`: those of the outputs, for peaks.
@@ -62,14 +70,15 @@ fn times(args: &LoadsArgs) -> Result<Option<Vec<At>>, Failure> {
 /// `odyn loads`
 pub(super) fn loads(args: &LoadsArgs) -> Result<u8, Failure> {
     let asked = times(args)?;
-    let (path, options) = scene(args)?;
+    let (path, options, changed) = scene(args)?;
     let session = Session::open(&path, &options)?;
     warn(&session, args.quiet);
     let progress = Progress::new();
     let mut listen = listener(&progress, args.quiet || args.scene.json);
     let scene = session.scene.clone();
     let asked: Option<Vec<f64>> = asked.map(|all| all.into_iter().filter_map(|at| at.time(&scene.units)).collect());
-    let found = loads_of(session, &args.body, asked.as_deref(), &mut listen, &AtomicBool::new(false))?;
+    let mut found = loads_of(session, &args.body, asked.as_deref(), &mut listen, &AtomicBool::new(false))?;
+    found.notes.splice(0..0, changed);
     drop(listen);
     drop(progress);
     let folder = args.output.clone().unwrap_or_else(|| folder_of(&args.scene, "loads"));
@@ -82,8 +91,13 @@ pub(super) fn loads(args: &LoadsArgs) -> Result<u8, Failure> {
         let (head, steps) = found.calculix(units, &args.elset, args.first_node);
         write(&folder, "head.inp", head.as_bytes())?;
         for (k, step) in steps.iter().enumerate() {
-            write(&folder, &format!("step-{}.inp", k + 1), step.as_bytes())?;
+            write(&folder, &step_file(k), step.as_bytes())?;
         }
+        // Steps of an earlier call with more instants would be read as steps of this one.
+        (steps.len()..)
+            .map(|k| folder.join(step_file(k)))
+            .take_while(|old| std::fs::remove_file(old).is_ok())
+            .for_each(drop);
     }
     let worst = found.left();
     terminal::answer(args.scene.json, args.quiet, &json, || {
@@ -94,6 +108,11 @@ pub(super) fn loads(args: &LoadsArgs) -> Result<u8, Failure> {
         text
     })?;
     Ok(if worst <= ROUND_OFF { exit::DONE } else { exit::AUDIT })
+}
+
+/// The file of the loads at an instant, counted from 0.
+fn step_file(instant: usize) -> String {
+    format!("step-{}.inp", instant + 1)
 }
 
 fn told(found: &Loads, worst: f64) -> String {
