@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 use std::path::Path;
 use std::process::Command;
 
-use odyn::analyses::balance::{Balanced, Question, balance};
+use odyn::analyses::balance::{Balanced, Question, balance, balanced};
 use odyn::analyses::folder;
 use odyn::analyses::kinematics::{Drive, Kinematics, kinematics};
 use odyn::analyses::linear::Port;
@@ -554,6 +554,22 @@ fn an_unbalanced_wheel(path: &Path) {
     let all = Balanced { before: found.shaking, counterweight: weight, predicted: left, after };
     let (angles, _) = shown::shaking(&all);
     assert!(angles[0] == 0.0 && angles.windows(2).all(|pair| pair[0] < pair[1]), "{angles:?}");
+}
+
+/// Its harmonics are shown, and there is no counterweight that would be better than none.
+#[test]
+fn a_balanced_wheel_takes_no_counterweight() {
+    let scratch = Scratch::new();
+    let text = WHEEL.replace("point_masses = [{ mass = 0.5, position = [0.06, 0.08, 0.02] }]\n", "");
+    let path = scratch.file("wheel.toml", text);
+    let open = |set: Option<&str>| Session::open(&path, &options(&Vec::from_iter(set), &[]));
+    let question = Question { turn: "axle.angle".into(), turns: 2, harmonics: 3, about: [0.0; 3] };
+    let found = balanced(&open(None).unwrap(), &open, &question, None, &mut |_| ()).unwrap();
+    assert_eq!((found.counterweight.mass, found.counterweight.set.as_str()), (0.0, ""));
+    assert!(found.before.harmonics.len() == 4 && found.before.force_peak < 1e-9, "{:?}", found.before.harmonics);
+    assert_eq!((found.predicted.force_rms, found.after.force_rms), (found.before.force_rms, found.before.force_rms));
+    let notes = shown::balance(&found).notes;
+    assert_eq!(notes, ["no counterweight on wheel makes the force less"]);
 }
 
 /// A rotor that has been at these angles before, turning backwards: the last turn is the one from 5.71 to 8 rad/s.

@@ -189,7 +189,7 @@ class Analyses:
     ) -> Result:
         """What shakes the ground in the last whole turns of `joint.channel`, and the counterweight that makes it least; SI.
 
-        Gives `before`, `counterweight` (with the text `set` that adds it to the scene), `predicted`, and `after` by a run with it.
+        Gives `before`, `counterweight` (with the text `set` that adds it to the scene, empty where none is better), `predicted`, and `after` by a run with it.
         `radius` is that of the counterweight; `about` the point of moments, in the scene's unit of length.
         """
         text = None if radius is None else text_of(radius)

@@ -26,6 +26,8 @@ const SAMPLES: usize = 64;
 const PER_HARMONIC: usize = 12;
 /// Accelerations of the axis above this share of the centrifugal one of the counterweight: the axis moves.
 const STANDS: f64 = 1e-6;
+/// An unbalance below this share of mass times radius of gyration of the turning body is round-off.
+const NO_UNBALANCE: f64 = 1e-12;
 
 /// What is looked at.
 #[derive(Debug, Clone)]
@@ -76,7 +78,7 @@ pub struct Shaking {
     pub drift: f64,
 }
 
-/// A point mass on the turning body.
+/// A point mass on the turning body; 0 kg where none makes the force less.
 #[derive(Debug, Clone, Serialize)]
 pub struct Counterweight {
     /// The body.
@@ -91,7 +93,7 @@ pub struct Counterweight {
     pub unbalance: f64,
     /// In the frame of the body, m.
     pub position: [f64; 3],
-    /// The key and value of the scene that adds it, for `--set`.
+    /// The key and value of the scene that adds it, for `--set`; empty where there is none.
     pub set: String,
 }
 
@@ -128,9 +130,11 @@ pub fn balanced(
 ) -> Result<Balanced, SessionError> {
     let before = balance(&|| open(None), question, &mut |share| progress(0.5 * share))?;
     let (counterweight, predicted) = before.counterweight(session, question, radius)?;
-    let set = counterweight.set.as_str();
-    let after = balance(&|| open(Some(set)), question, &mut |share| progress(0.5 + 0.5 * share))?;
-    Ok(Balanced { before: before.shaking, predicted, after: after.shaking, counterweight })
+    let after = match counterweight.set.as_str() {
+        "" => before.shaking.clone(),
+        set => balance(&|| open(Some(set)), question, &mut |share| progress(0.5 + 0.5 * share))?.shaking,
+    };
+    Ok(Balanced { before: before.shaking, predicted, after, counterweight })
 }
 
 /// A machine that was looked at, with what is needed to balance it.
@@ -410,8 +414,8 @@ impl Balance {
         -(turning.acceleration.cross(s) + turning.spin.cross(&turning.spin.cross(s)))
     }
 
-    /// The counterweight at a radius, m, that makes the harmonics of the force least; and what it is to leave, if the machine
-    /// turns as before. Without a radius, the mass is a tenth of that of the body, or more, nearer to the axis, where that would add
+    /// The counterweight at a radius, m, that makes the harmonics of the force least (none, where that takes no mass); and what it is
+    /// to leave, if the machine turns as before. Without a radius, the mass is a tenth of that of the body, or more, nearer to the axis, where that would add
     /// more than a tenth to its moment of inertia.
     ///
     /// # Errors
@@ -440,10 +444,21 @@ impl Balance {
         let marker = &session.model.elements[self.joint].markers[self.frame];
         let axis = marker.rotation.column(2);
         let inertia = axis.dot(&(own.own_inertia() * axis));
-        let radius = radius.unwrap_or((size / (0.1 * own.own_mass())).min(0.1 * inertia / size));
-        if !(size > 0.0 && radius > 0.0) {
-            return Err(cannot(session, "no counterweight makes the force less".into(), "see the harmonics"));
+        // Balanced, or shaken by what has no first harmonic.
+        if size.is_nan() || size <= NO_UNBALANCE * (inertia * own.own_mass()).sqrt() {
+            let none = Counterweight {
+                body: own.name.clone(),
+                mass: 0.0,
+                radius: 0.0,
+                phase: 0.0,
+                unbalance: 0.0,
+                position: (marker.position + own.center_of_mass).into(),
+                set: String::new(),
+            };
+            return Ok((none, self.shaking.clone()));
         }
+        let (light, slow) = (size / (0.1 * own.own_mass()), 0.1 * inertia / size);
+        let radius = radius.unwrap_or(if inertia > 0.0 { light.min(slow) } else { light });
         let mass = size / radius;
         let steady = self.shaking.speed.powi(2) * radius;
         if let Some(moving) = self.turning.iter().find(|one| one.moves > STANDS * steady) {

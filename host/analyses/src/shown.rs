@@ -375,6 +375,9 @@ pub fn balance(found: &Balanced) -> Page {
     if found.before.drift.abs() > 1e-3 {
         notes.push("the turning is not steady yet: harmonics are those of these turns; let the run last longer".into());
     }
+    if weight.set.is_empty() {
+        notes.push(format!("no counterweight on {} makes the force less", weight.body));
+    }
     Page {
         analysis: "balance",
         words: format!(

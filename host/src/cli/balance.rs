@@ -62,7 +62,9 @@ pub(super) fn balance(args: &BalanceArgs) -> Result<u8, Failure> {
         let mut text = told(&found);
         let _ = writeln!(text, "results: {} (harmonics.csv, shaking.csv, shaking.svg, balance.json)", folder.display());
         let (scene, set) = (terminal::word_of(&args.scene.scene), &found.counterweight.set);
-        let _ = writeln!(text, "to run with it: odyn run {scene} --set '{set}'");
+        if !set.is_empty() {
+            let _ = writeln!(text, "to run with it: odyn run {scene} --set '{set}'");
+        }
         text
     })?;
     Ok(exit::DONE)
@@ -168,6 +170,10 @@ fn told(found: &Balanced) -> String {
         line(&|one| one.force_peak)
     );
     let _ = writeln!(text, "  moment, root mean square: {} N m", line(&|one| one.moment_rms));
+    if weight.set.is_empty() {
+        let _ = writeln!(text, "counterweight on {}: none makes the force less", weight.body);
+        return text;
+    }
     let _ = writeln!(
         text,
         "counterweight on {}: {} kg at {} m (unbalance {} kg m), {} deg from the x axis of the joint's frame there",
