@@ -377,7 +377,7 @@ fn switches(session: &mut Session, form: &JointForm, layout: &Layout) -> Result<
     }
     // Tables over time: those that repeat are stepped over.
     for (at, knots) in
-        sharp.knots.iter().filter(|(_, knots)| knots.period.is_none() && knots.breaks.len() <= MOST_KNOTS)
+        sharp.knots.iter().filter(|(_, knots)| knots.repeats.is_none() && knots.breaks.len() <= MOST_KNOTS)
     {
         for knot in &knots.breaks {
             let knot = g.constant(*knot);

@@ -33,15 +33,18 @@ pub fn operation(graph: &mut Graph, recording: &Recording, op: Op, first_table: 
     }
 }
 
+/// Jumps of a table that are written as choices; one with more is looked up, since all choices are made in every evaluation.
+const MOST_CHOICES: usize = 32;
+
 /// A table at a node. Where its value jumps, it becomes a choice by `select` between continuous parts, so that the jump is a
-/// switch like any other. A periodic table has no last jump and stays whole.
+/// switch like any other. A periodic table has no last jump and stays whole, as does one with very many.
 fn lookup(graph: &mut Graph, table: u32, at: Node) -> Node {
     let whole = &graph.tables[table as usize];
     let jumps: Vec<f64> = match whole.outside {
         Outside::Clamped => whole.kinks().filter(|(_, order)| *order == 0).map(|(x, _)| x).collect(),
         Outside::Periodic => Vec::new(),
     };
-    if jumps.is_empty() || graph.value(at).is_some() {
+    if jumps.is_empty() || jumps.len() > MOST_CHOICES || graph.value(at).is_some() {
         return graph.table(table, 0, at);
     }
     let places = jumps.iter().filter_map(|x| whole.breaks.iter().position(|b| b == x));

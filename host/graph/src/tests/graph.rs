@@ -47,8 +47,13 @@ fn a_table_with_jumps_is_a_choice_of_its_parts() {
         }
     }
     let continuous = Table::clamped(&[[0.0, 1.0], [1.0, 2.0], [2.0, 0.0]]).unwrap();
-    let (graph, node) = looked_up(&continuous);
-    assert!(matches!(graph.expr(node), Expr::Table { .. }));
+    // As many choices as this one has jumps would be made in every evaluation.
+    let points: Vec<[f64; 2]> = (0..100).map(|k| [f64::from(k), random.between(0.0, 1.0)]).collect();
+    let long = Table::through(&points, Interpolation::Steps, Outside::Clamped).unwrap();
+    for table in [continuous, long] {
+        let (graph, node) = looked_up(&table);
+        assert!(matches!(graph.expr(node), Expr::Table { .. }));
+    }
 }
 
 #[test]

@@ -4,8 +4,6 @@
 //! A method sees its functions at a few places of a step. What happens between them is bounded where it may be sharp; smooth
 //! functions of the coordinates (sines, products, roots) are left to error control.
 
-use std::collections::BTreeMap;
-
 use element_api::Table;
 use element_api::table::Outside;
 use odyn_graph::{Expr, Graph, Node};
@@ -34,32 +32,73 @@ pub struct Sharp {
 pub struct Knots {
     /// Where, strictly increasing.
     pub breaks: Vec<f64>,
-    /// After which they repeat, if they do.
-    pub period: Option<f64>,
+    /// Where they repeat, if they do: the first argument of the table, and the period.
+    pub repeats: Option<(f64, f64)>,
 }
 
 impl Knots {
     /// Where value, slope or curvature of a table jumps.
     fn of(table: &Table) -> Self {
-        Self { breaks: table.kinks().map(|(at, _)| at).collect(), period: table.period() }
+        Self {
+            breaks: table.kinks().map(|(at, _)| at).collect(),
+            repeats: table.breaks.first().copied().zip(table.period()),
+        }
     }
 
-    /// The knots next to `x`: the largest one that is not above it, the smallest one above it.
+    /// The knots next to `x`: the largest one that is not above it, the smallest one above it. Of those that repeat it is the first
+    /// number that the table, whose argument is reduced to one period with round-off, takes to be at or behind the knot.
     #[must_use]
     pub fn around(&self, x: f64) -> (f64, f64) {
-        let Some(&first) = self.breaks.first() else { return (f64::NEG_INFINITY, f64::INFINITY) };
-        let shift = self.period.map_or(0.0, |period| ((x - first) / period).floor() * period);
-        let place = self.breaks.partition_point(|b| b + shift <= x);
-        let at = |k: usize| self.breaks[k] + shift;
-        let low = if place > 0 {
-            at(place - 1)
-        } else {
-            self.period.map_or(f64::NEG_INFINITY, |p| at(self.breaks.len() - 1) - p)
+        let passed = self.passed(x);
+        (self.at(passed - 1.0), self.at(passed))
+    }
+
+    /// How many knots are not above `x`, counted from the first one of the table. As the table itself reduces its argument.
+    fn passed(&self, x: f64) -> f64 {
+        let (turns, reduced) = match self.repeats {
+            Some((first, period)) => {
+                let turns = ((x - first) / period).floor();
+                (turns, (x - turns * period).max(first))
+            }
+            None => (0.0, x),
         };
-        let high = if place < self.breaks.len() { at(place) } else { self.period.map_or(f64::INFINITY, |p| at(0) + p) };
-        (low, high)
+        turns * self.breaks.len() as f64 + self.breaks.partition_point(|b| *b <= reduced) as f64
+    }
+
+    /// Where the knot of this number is.
+    fn at(&self, number: f64) -> f64 {
+        let count = self.breaks.len() as f64;
+        let turns = (number / count).floor();
+        let place = self.breaks.get((number - turns * count) as usize).copied();
+        match (place, self.repeats) {
+            (Some(place), Some((_, period))) => self.first_behind(number, place + turns * period),
+            (Some(place), None) if turns == 0.0 => place,
+            _ if number < 0.0 => f64::NEG_INFINITY,
+            _ => f64::INFINITY,
+        }
+    }
+
+    /// The smallest number that has passed a knot, from one that is as close as round-off lets it be.
+    fn first_behind(&self, number: f64, near: f64) -> f64 {
+        let mut at = near;
+        for _ in 0..MOST_ULP {
+            if self.passed(at) > number {
+                break;
+            }
+            at = at.next_up();
+        }
+        for _ in 0..MOST_ULP {
+            if self.passed(at.next_down()) <= number {
+                break;
+            }
+            at = at.next_down();
+        }
+        at
     }
 }
+
+/// What the place of a knot may be off by, in neighbours.
+const MOST_ULP: usize = 32;
 
 /// What a node depends on, as far as it changes during a step.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -140,23 +179,6 @@ impl Sharp {
         found.of_time = parts.into_iter().filter(|node| !matches!(graph.expr(*node), Expr::Input(_))).collect();
         found.of_time.sort_unstable();
         found
-    }
-
-    /// Of the conditions that depend on nothing but time those that compare one function with several numbers, as a table with jumps
-    /// does, as the break points of a table, which are found however many there are.
-    #[must_use]
-    pub fn jumps(&self, graph: &Graph) -> BTreeMap<Node, Knots> {
-        let mut jumps: BTreeMap<Node, Vec<f64>> = BTreeMap::new();
-        for (a, b) in &self.conditions {
-            jumps.entry(*a).or_default().extend(graph.value(*b));
-        }
-        jumps.retain(|_, breaks| breaks.len() > 1);
-        let knots = jumps.into_iter().map(|(at, mut breaks)| {
-            breaks.sort_by(f64::total_cmp);
-            breaks.dedup();
-            (at, Knots { breaks, period: None })
-        });
-        knots.collect()
     }
 }
 

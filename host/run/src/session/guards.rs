@@ -3,7 +3,7 @@
 //! Conditions, sharp functions and counted angles are nodes of the equations. Where they can be written in the coordinates that
 //! are integrated, their ranges over a step are computed; elsewhere they are looked at in many places of it.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -110,8 +110,8 @@ impl Watching {
         let sharp = Sharp::find(equations, layout);
         let mut switches = Switches::find(equations, layout);
         // What depends on time alone is known before a step.
-        let of_time = |a: Node, b: Node| sharp.conditions.contains(&(a, b)) || sharp.conditions.contains(&(b, a));
-        switches.conditions.retain(|(a, b)| !of_time(*a, *b));
+        let of_time: BTreeSet<(Node, Node)> = sharp.conditions.iter().map(|(a, b)| (*a.min(b), *a.max(b))).collect();
+        switches.conditions.retain(|(a, b)| !of_time.contains(&(*a.min(b), *a.max(b))));
         let g = &mut equations.graph;
         let mut conditions: Vec<Node> = switches.conditions.iter().map(|(a, b)| g.sub(*a, *b)).collect();
         for (at, sides) in &sharp.corners {
@@ -199,15 +199,11 @@ impl Watching {
         let angles = of_carried(equations, angles);
         let g = &mut equations.graph;
         let mut of_time = Vec::new();
-        let jumps = self.sharp.jumps(g);
         for (a, b) in &self.sharp.conditions {
-            let is_jump = g.value(*b).is_some() && jumps.contains_key(a);
-            if !is_jump {
-                of_time.push(g.sub(*a, *b));
-                guards.of_time.push(Guard::Switch);
-            }
+            of_time.push(g.sub(*a, *b));
+            guards.of_time.push(Guard::Switch);
         }
-        for (at, knots) in self.sharp.knots.iter().cloned().chain(jumps) {
+        for (at, knots) in self.sharp.knots.iter().cloned() {
             of_time.push(at);
             guards.of_time.push(Guard::Knots(Arc::new(move |x| knots.around(x))));
         }

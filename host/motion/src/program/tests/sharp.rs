@@ -8,14 +8,36 @@ use crate::tests::{prepared, scenes};
 
 #[test]
 fn knots_next_to_a_number_repeat_with_the_period() {
-    let knots = Knots { breaks: vec![0.0, 0.5, 0.7], period: Some(1.0) };
-    assert_eq!(knots.around(0.6), (0.5, 0.7));
-    assert_eq!(knots.around(0.7), (0.7, 1.0));
-    assert_eq!(knots.around(-0.1), (0.7 - 1.0, 0.0));
-    assert_eq!(knots.around(12.55), (12.5, 12.7));
-    let once = Knots { breaks: vec![1.0, 2.0], period: None };
+    let knots = Knots { breaks: vec![0.0, 0.5, 0.75], repeats: Some((0.0, 1.0)) };
+    assert_eq!(knots.around(0.6), (0.5, 0.75));
+    assert_eq!(knots.around(0.75), (0.75, 1.0));
+    let (low, high) = knots.around(-0.1);
+    assert!((low + 0.25).abs() < 1e-15 && high.abs() < 1e-15, "{low} {high}");
+    assert_eq!(knots.around(12.55), (12.5, 12.75));
+    let once = Knots { breaks: vec![1.0, 2.0], repeats: None };
     assert_eq!(once.around(0.0), (f64::NEG_INFINITY, 1.0));
     assert_eq!(once.around(2.0), (2.0, f64::INFINITY));
+}
+
+/// A table with jumps that repeats has one value up to the number before a knot, another one from the knot on, whatever round-off
+/// the reduction of its argument has.
+#[test]
+fn knots_that_repeat_are_where_the_table_jumps() {
+    for (first, period) in [(0.0, 0.7), (-0.3, 0.037), (1.0, 1.1e-5), (0.1, 3.0)] {
+        let points = [[0.0, 1.0], [0.31, 2.0], [0.73, 3.0], [1.0, 1.0]].map(|[x, y]| [first + period * x, y]);
+        let table = Table::through(&points, Interpolation::Steps, Outside::Periodic).unwrap();
+        let breaks: Vec<f64> = table.kinks().map(|(at, _)| at).collect();
+        let knots = Knots { breaks, repeats: Some((table.breaks[0], table.period().unwrap())) };
+        let mut at = first - 10.0 * period;
+        for _ in 0..3000 {
+            let (low, high) = knots.around(at);
+            let value = |x: f64| table.derivative(x, 0);
+            assert!(low <= at && at < high && high - low < period, "{at}: {low} {high}");
+            assert_eq!((value(low), value(high.next_down())), (value(at), value(at)), "{at}");
+            assert!(value(high) != value(at) && value(low.next_down()) != value(at), "{at}: {low} {high}");
+            at = high;
+        }
+    }
 }
 
 #[test]
