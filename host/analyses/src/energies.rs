@@ -10,6 +10,8 @@ use crate::plan::Layout;
 
 /// Velocities in a vector, on its largest entry, below which bodies stay where they are.
 const STILL: f64 = 1e-12;
+/// Share of what elements store below which the potential energy of all is round-off.
+const ROUND_OFF: f64 = 1e-9;
 
 /// An element that brings kinetic energy, at an instant: six motions of each frame, ground axes, then its flexible coordinates.
 #[derive(Debug, Clone)]
@@ -135,8 +137,36 @@ impl Moved {
     }
 }
 
-/// Kinetic energies of bodies and of elements that bring some as shares, and potential energies of elements on the kinetic energy of
-/// all, of a vector that does this to bodies.
+/// Potential energy of a vector: half of what its displacements do against the forces that they cause, which are masses times the
+/// accelerations by displacements alone. The kinetic energy is as much without damping and gyroscopic forces.
+fn potential(linear: &Linear, vector: &ComplexVector) -> f64 {
+    let first = linear.a.nrows() - linear.element_states;
+    let flexible = |of: fn(&Carried) -> &DMatrix<f64>, state: usize| {
+        let own =
+            |one: &Carried| of(one).view((6 * one.frames, state), (one.mass.nrows() - 6 * one.frames, 1)).amax() > 0.0;
+        linear.carried.iter().any(own)
+    };
+    let places = |k: usize| k < linear.coordinates || k >= first && flexible(|one| &one.positions, k);
+    let rates = |k: usize| linear.coordinates <= k && k < first || k >= first && flexible(|one| &one.velocities, k);
+    let only = |of: &ComplexVector, kept: &dyn Fn(usize) -> bool| {
+        ComplexVector::from_fn(of.len(), |k, _| if kept(k) { of[k] } else { Complex::new(0.0, 0.0) })
+    };
+    let displaced = only(vector, &places);
+    let accelerated = only(&complex(&linear.a, &displaced), &rates);
+    let (x, a) = (complex(&linear.positions, &displaced), complex(&linear.velocities, &accelerated));
+    let of_bodies = linear.own_masses.iter().enumerate().map(|(body, mass)| {
+        let part = |of: &ComplexVector| of.rows(6 * body, 6).into_owned();
+        part(&x).dotc(&complex(mass, &part(&a))).re
+    });
+    let of_carried = linear.carried.iter().map(|one| {
+        let (x, a) = (complex(&one.positions, &displaced), complex(&one.velocities, &accelerated));
+        x.dotc(&complex(&one.mass, &a)).re
+    });
+    -0.5 * of_bodies.chain(of_carried).sum::<f64>()
+}
+
+/// Kinetic energies of bodies and of elements that bring some, and potential energies of elements, as shares of the energy of all, of
+/// a vector that does this to bodies.
 pub(crate) fn energies(
     linear: &Linear,
     vector: &ComplexVector,
@@ -159,8 +189,8 @@ pub(crate) fn energies(
     }
     let mut stored: Vec<(String, f64)> = Vec::new();
     let mut store = |name: &str, energy: f64| match stored.iter_mut().find(|(known, _)| known == name) {
-        Some((_, sum)) => *sum += energy / all,
-        None => stored.push((name.to_owned(), energy / all)),
+        Some((_, sum)) => *sum += energy,
+        None => stored.push((name.to_owned(), energy)),
     };
     for (k, load) in linear.load_list.iter().enumerate().filter(|(_, load)| !load.follows_signals) {
         let part = |of: &ComplexVector, at: usize| [of[at], of[at + 1], of[at + 2]];
@@ -181,5 +211,12 @@ pub(crate) fn energies(
     for carried in linear.carried.iter().filter(|carried| carried.loads.is_some()) {
         store(&carried.element, carried.bent(vector));
     }
-    (shares(kinetic.into_iter().map(|(name, energy)| (name, energy / all))), shares(stored.into_iter()))
+    let whole = potential(linear, vector).abs();
+    // Of what is round-off there are no shares.
+    let gross: f64 = stored.iter().map(|(_, energy)| energy.abs()).sum();
+    stored.retain(|_| whole > ROUND_OFF * gross);
+    let parts = |energies: Vec<(String, f64)>, all: f64| {
+        shares(energies.into_iter().map(|(name, energy)| (name, energy / all)))
+    };
+    (parts(kinetic, all), parts(stored, whole))
 }

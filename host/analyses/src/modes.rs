@@ -112,8 +112,8 @@ pub struct Mode {
     pub decided: bool,
     /// Shares of the kinetic energy by body, and by element that brings some, largest first.
     pub kinetic: Vec<Share>,
-    /// Potential energies of force elements on the kinetic energy of all (both averaged over a period); what is missing to one is
-    /// in weights and preloads, by way of the joints.
+    /// Potential energies of force elements as shares of that of all; what is missing to one is in weights and preloads, by way of
+    /// the joints, and in forces that follow signals.
     pub potential: Vec<Share>,
     /// Element states that take part, on the largest entry of the vector (SI).
     pub states: Vec<Share>,
