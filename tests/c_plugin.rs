@@ -305,6 +305,7 @@ fn mistakes_in_c_are_told_in_words() {
         (12, "records more than 4000000 values (it goes into the row `along y`)"),
         (13, "gives a table of 3 points that is a null pointer or too long"),
         (14, "declares the row `along y`, but does not set it"),
+        (15, "sets the row `along y`, which `uses_row` leaves out"),
         (20, "the range `=> 0` of the parameter `length` can't be read"),
         (21, "the default `1 m` of the parameter `length` can't be read"),
         (22, "the parameter `length` has the unknown kind 77"),

@@ -280,13 +280,14 @@ impl SearchPath {
     }
 
     fn not_found(&self, request: &str) -> CatalogError {
-        let beside = Some(&self.beside).filter(|folder| is_path(request) && **folder != Path::new("")).into_iter();
+        let here = || PathBuf::from(".");
+        let beside =
+            is_path(request).then(|| Some(self.beside.clone()).filter(|at| *at != Path::new("")).unwrap_or_else(here));
         CatalogError::NotFound {
             nearest: self.nearest(request),
             unreadable: self.unreadable(request).into(),
-            folders: beside
-                .chain(self.places.iter().filter(|p| !p.path.is_file()).map(|place| &place.path))
-                .cloned()
+            folders: (beside.into_iter())
+                .chain(self.places.iter().filter(|p| !p.path.is_file()).map(|place| place.path.clone()))
                 .collect(),
             files: file_names(request),
             request: request.into(),

@@ -26,7 +26,7 @@ Examples:
   odyn study scenes/compressor.toml --csv points.csv --emit slurm --shards 64 -o results/points
   odyn study merge results/points
 
-The exit code is that of the first run that has one. That of a shard is 0 as soon as its part is complete, whatever its rows say;
+The exit code is that of the first run that has one, and 130 where the study was interrupted. That of a shard is 0 as soon as its part is complete, whatever its rows say;
 `odyn study merge` has the code of the study.";
 
 /// A study, or what is done with its parts.
@@ -47,7 +47,7 @@ Examples:
   odyn study merge results/points
   odyn study merge results/points --json
 
-The exit code is that of the first run that has one.")]
+The exit code is that of the first run that has one, and 130 where the study was interrupted.")]
     Merge(MergeArgs),
 }
 

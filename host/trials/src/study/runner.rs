@@ -168,7 +168,7 @@ impl Study {
         self.runs.iter().filter(|run| matches!(run.outcome, Outcome::Kept(_))).count()
     }
 
-    /// Exit code of the program: that of the first run that has one, 130 if some were not begun.
+    /// Exit code of the program: 130 if some runs were not begun, else that of the first run that has one.
     #[must_use]
     pub fn exit_code(&self) -> i32 {
         let code = |run: &Run| match &run.outcome {
@@ -177,7 +177,9 @@ impl Study {
             Outcome::Failed(error) => error.exit_code(),
             Outcome::NotBegun => 130,
         };
-        self.runs.iter().map(code).find(|code| *code != 0).unwrap_or(0)
+        let first = |of: &dyn Fn(&&Run) -> bool| self.runs.iter().filter(of).map(code).find(|code| *code != 0);
+        // Whatever some of them came to, an interrupted study is not complete.
+        first(&|run| matches!(run.outcome, Outcome::NotBegun)).or_else(|| first(&|_| true)).unwrap_or(0)
     }
 
     /// The study, if any run got as far as being integrated.

@@ -135,9 +135,13 @@ fn a_study_without_any_result_is_an_error() {
 
 #[test]
 fn a_stopped_study_begins_no_run() {
-    let study = study(Path::new("none.toml"), &["speed=1,2"], true);
-    assert!(study.runs.iter().all(|run| matches!(run.outcome, Outcome::NotBegun)));
-    assert_eq!(study.exit_code(), 130);
+    let mut stopped = study(Path::new("none.toml"), &["speed=1,2"], true);
+    assert!(stopped.runs.iter().all(|run| matches!(run.outcome, Outcome::NotBegun)));
+    assert_eq!(stopped.exit_code(), 130);
+    // Also where one failed before.
+    stopped.runs[0] = study(&ball("none"), &["sped=1"], false).runs.remove(0);
+    assert!(matches!(stopped.runs[0].outcome, Outcome::Failed(_)));
+    assert_eq!(stopped.exit_code(), 130);
 }
 
 /// The numbers of a key of a design.
