@@ -32,10 +32,11 @@ pub(super) static PAIR: Pair = Pair {
 ///   error on the benchmark scenes;
 /// - beyond a switch of the equations the error is that of order 5 alone while a step is longer than the way from the switch;
 /// - the last two steps are made equal;
-/// - where stability limits the steps, those with samples inside are made to end there.
+/// - where stability limits the steps, those with samples inside are made to end there;
+/// - so are the first ones of a run whose interpolation is far from the states of its own stages, and longer ones than the way from there.
 ///
 /// Samples inside a step are less accurate than its ends, by a digit to a digit and a half at
-/// usual tolerances: the interpolation has order 7, and nothing controls its error. Where that
+/// usual tolerances: the interpolation has order 7, and nothing controls its error but at a beginning. Where that
 /// matters, limit the step size or ask for a smaller tolerance.
 ///
 /// With [`super::Options::fixed_step`] the error is not looked at.

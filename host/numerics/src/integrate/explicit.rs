@@ -16,6 +16,10 @@ const LEAST_REMEMBERED_ERROR: f64 = 1e-4;
 /// about a mean somewhat inside the border. Up to there the interpolation is trusted.
 const NEAR_BORDER: f64 = 0.75;
 
+/// How far the interpolation of a step in doubt may be from the states of its own stages, in errors that are allowed: its error is a
+/// tenth to two thirds of that where a solution is smooth, or begins as a broken power or with friction.
+const FAR_FROM_STAGES: f64 = 10.0;
+
 /// Share of a step by which its interpolation may be continued: its error, which goes at least with the square of the distance
 /// from the end, is a few percent there of what it is inside.
 const REACH: f64 = 0.08;
@@ -49,8 +53,11 @@ pub struct Explicit {
     /// The stages that have a weight, and the shares of a step at which they are, ascending.
     weighty: Vec<usize>,
     seen: Vec<f64>,
-    /// Time of the last switch from which on the equations are others.
+    /// Time from which on the equations are others, and their solution need not be smooth: that of the last switch, or of a beginning that
+    /// was found not to be.
     switch: Option<f64>,
+    /// Time at which the run begins, where no size of a step is known: its solution need not be smooth there.
+    beginning: Option<f64>,
 }
 
 impl Integrator for Explicit {
@@ -87,6 +94,7 @@ impl Explicit {
             seen: weighty.iter().map(|stage| pair.c[*stage]).collect(),
             weighty,
             switch: None,
+            beginning: None,
         }
     }
 
@@ -103,6 +111,7 @@ impl Explicit {
         self.control = StepControl::new(run.options, self.pair);
         self.suspicion = suspicion;
         self.suspect = None;
+        self.beginning = first_step.is_none().then_some(run.t);
         let end = steps::steps(self, run, y, first_step)?;
         Ok(self.suspect.take().filter(|_| end == End::GaveWay))
     }
@@ -178,9 +187,8 @@ impl Explicit {
             Estimate::FiveAndThree(row5, row3) => {
                 let (e5, e3) = (norms_of(row5), norms_of(row3));
                 let [size, of_sums] = [0, 1].map(|k| (e5[k] * e5[k] + 0.01 * e3[k] * e3[k]).sqrt());
-                // Farther than where the switch is, as seen from the start, nothing that is smooth from there on need be.
-                let is_doubtful = self.switch.is_some_and(|switch| h > run.t - switch);
-                let damped = |e5: f64, size: f64| if is_doubtful || size == 0.0 { e5 } else { e5 * (e5 / size) };
+                let in_doubt = self.in_doubt(run, h);
+                let damped = |e5: f64, size: f64| if in_doubt || size == 0.0 { e5 } else { e5 * (e5 / size) };
                 (damped(e5[0], size).max(damped(e5[1], of_sums)), size)
             }
         };
@@ -188,6 +196,11 @@ impl Explicit {
             return Ok(error);
         }
         Err(Trouble::Retry(StopReason::NotFinite { step: h }))
+    }
+
+    /// Farther than where the switch is, as seen from the start, nothing that is smooth from there on need be.
+    fn in_doubt(&self, run: &Run<'_>, h: f64) -> bool {
+        self.switch.is_some_and(|switch| h > run.t - switch)
     }
 
     /// The derivative at the end of the step, if the error test needs it.
@@ -217,6 +230,9 @@ impl Explicit {
                 return Err(Trouble::EndAt(time));
             }
             self.prepare_interpolation(run, t_new)?;
+            if !run.options.steps_are_given() && self.interpolation_fails(run, h) {
+                return Err(Trouble::EndAt(time));
+            }
         } else if self.approaching {
             self.prepare_interpolation(run, t_new)?;
         }
@@ -284,6 +300,30 @@ impl Explicit {
             combine(row, &self.stages, h, None, coefficient);
         }
         Ok(())
+    }
+
+    /// Whether the interpolation of a step in doubt is no solution: it is held against the states at which its further stages were
+    /// evaluated, which are of an order less and take no evaluations. Where friction in a plane begins to slide these stages meet
+    /// directions of velocities that are nearly zero, and their errors exceed those of the end by up to a hundred. Steps from there on are
+    /// in doubt.
+    fn interpolation_fails(&mut self, run: &mut Run<'_>, h: f64) -> bool {
+        let begins = self.beginning == Some(run.t);
+        if !begins && !self.in_doubt(run, h) {
+            return false;
+        }
+        let n = self.n;
+        let mut at = vec![0.0; n];
+        let fails = (self.end() + 1..self.pair.c.len()).any(|stage| {
+            combine(self.pair.a_dense[stage - self.end() - 1], &self.stages, h, Some(&self.start), &mut self.argument);
+            self.interpolate(self.pair.c[stage], &mut at);
+            at.iter_mut().zip(&self.argument).for_each(|(at, state)| *at -= state);
+            let apart = run.system.error_norm(&self.start[..n], &self.y_new[..n], &at);
+            apart.is_nan() || apart > FAR_FROM_STAGES
+        });
+        if fails && begins {
+            self.switch = self.beginning;
+        }
+        fails
     }
 }
 

@@ -9,6 +9,7 @@ mod fixtures;
 mod given;
 mod kinematic;
 mod lanes;
+mod onset;
 mod stiff;
 mod stops;
 mod summed;

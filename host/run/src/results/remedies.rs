@@ -139,9 +139,9 @@ impl Remedy {
             Self::SampleStep => Words {
                 name: "step-to-sample",
                 counted: "steps shortened to end at a sample",
-                meaning: "Between the ends of a step that stability limits, results cannot be interpolated well. The step was made \
-                          to end at the sample.",
-                advice: "A sign of stiffness: `--method auto` or `--method radau5` is likely to cost less.",
+                meaning: "Between the ends of a step that stability limits, or with which a motion begins that is not smooth (dry \
+                          friction in a plane, from rest), results cannot be interpolated well. The step was made to end at the sample.",
+                advice: "Many of them are a sign of stiffness: `--method auto` or `--method radau5` is likely to cost less.",
             },
             Self::FreshJacobian => Words {
                 name: "fresh-jacobian",
