@@ -38,7 +38,9 @@ pub struct Explicit {
     polynomial: Vec<f64>,
     /// The state at the start of the step.
     start: Vec<f64>,
-    /// After a step: the argument of its last stage.
+    /// The states at which the stages of the step were evaluated, one after the other; the first is that at its start.
+    arguments: Vec<f64>,
+    /// Room for one more.
     argument: Vec<f64>,
     y_new: Vec<f64>,
     error: Vec<f64>,
@@ -53,6 +55,8 @@ pub struct Explicit {
     /// The stages that have a weight, and the shares of a step at which they are, ascending.
     weighty: Vec<usize>,
     seen: Vec<f64>,
+    /// The stages that sums over a step have a weight for: in it, and in its rougher rule.
+    summed: Vec<(usize, [f64; 2])>,
     /// Time from which on the equations are others, and their solution need not be smooth: that of the last switch, or of a beginning that
     /// was found not to be.
     switch: Option<f64>,
@@ -82,6 +86,7 @@ impl Explicit {
             stages: Vec::new(),
             polynomial: Vec::new(),
             start: Vec::new(),
+            arguments: Vec::new(),
             argument: Vec::new(),
             y_new: Vec::new(),
             error: Vec::new(),
@@ -93,6 +98,7 @@ impl Explicit {
             approaching: false,
             seen: weighty.iter().map(|stage| pair.c[*stage]).collect(),
             weighty,
+            summed: pair.summed(),
             switch: None,
             beginning: None,
         }
@@ -126,8 +132,10 @@ impl Explicit {
         self.stiffness = Stiffness::default();
         let one = whole_lanes(n);
         let (stages, coefficients) = (self.pair.c.len() * one, (4 + self.pair.d.len()) * one);
+        let arguments = self.end() * one;
         for (work, length) in [
             (&mut self.stages, stages),
+            (&mut self.arguments, arguments),
             (&mut self.polynomial, coefficients),
             (&mut self.start, one),
             (&mut self.argument, one),
@@ -149,13 +157,15 @@ impl Explicit {
     /// `k_i = f(t + c_i h, y + h sum_j a_ij k_j)`, `y_new = y + h sum_i b_i k_i`. Functions of time may jump behind `t_new`, which
     /// round-off of the sum must not reach.
     fn stages_of_step(&mut self, run: &mut Run<'_>, y: &[f64], t_new: f64) -> Result<(), Trouble> {
-        let n = self.n;
+        let (n, one) = (self.n, whole_lanes(self.n));
         let (t, h) = (run.t, t_new - run.t);
         self.start[..n].copy_from_slice(y);
+        self.arguments[..n].copy_from_slice(y);
         for i in 1..self.end() {
-            combine(self.pair.a[i], &self.stages, h, Some(&self.start), &mut self.argument);
-            let stage = self.stage(i);
-            run.rhs((t + self.pair.c[i] * h).min(t_new), &self.argument[..n], &mut self.stages[stage], h)?;
+            let argument = &mut self.arguments[i * one..][..one];
+            combine(self.pair.a[i], &self.stages, h, Some(&self.start), argument);
+            let argument = &argument[..n];
+            run.rhs((t + self.pair.c[i] * h).min(t_new), argument, &mut self.stages[i * one..][..n], h)?;
         }
         combine(self.pair.b, &self.stages, h, Some(&self.start), &mut self.y_new);
         if all_finite(&self.y_new) {
@@ -164,11 +174,9 @@ impl Explicit {
         Err(Trouble::Retry(StopReason::NotFinite { step: h }))
     }
 
-    /// The state at which a stage of the step was evaluated, in `work` where it is not at hand.
-    fn state_of_stage<'a>(&'a self, stage: usize, h: f64, work: &'a mut [f64]) -> &'a [f64] {
-        let Some(row) = self.pair.a.get(stage) else { return &self.y_new };
-        combine(row, &self.stages, h, Some(&self.start), work);
-        work
+    /// The state at which a stage of the step was evaluated.
+    fn state_of_stage(&self, stage: usize) -> &[f64] {
+        if stage < self.end() { &self.arguments[self.stage(stage)] } else { &self.y_new[..self.n] }
     }
 
     /// Error of the step, 1 = tolerance. With two estimates (program DOP853): that of order 5, damped by its ratio to that
@@ -245,7 +253,8 @@ impl Explicit {
     fn is_limited_by_stability(&mut self, run: &mut Run<'_>, h: f64) -> bool {
         let ranges = [0, self.end() - 1, self.end()].map(|number| self.stage(number));
         let [start, last, end] = ranges.map(|range| &self.stages[range]);
-        let (y_new, argument, error) = (&self.y_new[..self.n], &self.argument[..self.n], &mut self.error[..self.n]);
+        let argument = &self.arguments[self.stage(self.end() - 1)];
+        let (y_new, error) = (&self.y_new[..self.n], &mut self.error[..self.n]);
         for (i, error) in error.iter_mut().enumerate() {
             *error = y_new[i] - argument[i];
         }
@@ -336,9 +345,8 @@ impl Stepper for Explicit {
         &self.seen
     }
 
-    fn felt(&self, number: usize, h: f64, out: &mut [f64]) {
-        let mut state = vec![0.0; whole_lanes(self.n)];
-        out.copy_from_slice(&self.state_of_stage(self.weighty[number], h, &mut state)[..self.n]);
+    fn felt(&self, number: usize, out: &mut [f64]) {
+        out.copy_from_slice(self.state_of_stage(self.weighty[number]));
     }
 
     /// `k_0 = f(t, y)`
@@ -373,20 +381,10 @@ impl Stepper for Explicit {
     }
 
     fn add_nodes(&mut self, run: &mut Run<'_>, _y: &[f64], t_new: f64) -> Result<(), Trouble> {
-        let (Estimate::Single(rough) | Estimate::FiveAndThree(rough, _)) = self.pair.error;
         let (t, h) = (run.t, t_new - run.t);
-        let weight = |row: Row, stage: usize| row.iter().find(|(of, _)| *of == stage).map_or(0.0, |(_, x)| *x);
-        let mut work = std::mem::take(&mut self.argument);
-        let added = (0..=self.end()).try_for_each(|stage| {
-            let weights = [self.pair.b, rough].map(|row| weight(row, stage));
-            if weights == [0.0; 2] {
-                return Ok(());
-            }
-            let state = self.state_of_stage(stage, h, &mut work);
-            run.add_node((t + self.pair.c[stage] * h).min(t_new), &state[..self.n], h, weights)
-        });
-        self.argument = work;
-        added
+        self.summed.iter().try_for_each(|(stage, weights)| {
+            run.add_node((t + self.pair.c[*stage] * h).min(t_new), self.state_of_stage(*stage), h, *weights)
+        })
     }
 
     fn always_interpolates(&self) -> bool {

@@ -43,6 +43,14 @@ impl Pair {
         stages.dedup();
         stages
     }
+
+    /// The stages that have a weight in the new state or in the rougher of the estimates, with both.
+    pub(super) fn summed(&self) -> Vec<(usize, [f64; 2])> {
+        let (Estimate::Single(rough) | Estimate::FiveAndThree(rough, _)) = self.error;
+        let weight = |row: Row, stage: usize| row.iter().find(|(of, _)| *of == stage).map_or(0.0, |(_, x)| *x);
+        let weights = |stage: usize| (stage, [self.b, rough].map(|row| weight(row, stage)));
+        (0..=self.a.len()).map(weights).filter(|(_, weights)| *weights != [0.0; 2]).collect()
+    }
 }
 
 /// Differences of the weights from those of lower-order methods.

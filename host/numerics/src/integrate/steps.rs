@@ -21,8 +21,8 @@ pub(super) trait Stepper {
     /// included.
     fn seen(&self) -> &[f64];
 
-    /// The state at which the equations were evaluated at the share `seen()[number]` of the step made last, of size `h`.
-    fn felt(&self, number: usize, _h: f64, out: &mut [f64]) {
+    /// The state at which the equations were evaluated at the share `seen()[number]` of the step made last.
+    fn felt(&self, number: usize, out: &mut [f64]) {
         self.interpolate(self.seen()[number], out);
     }
 
@@ -441,7 +441,7 @@ impl<'a> Inside<'a> {
     }
 
     fn felt(&self, number: usize, out: &mut [f64]) {
-        if self.own { self.method.felt(number, self.h, out) } else { self.state(self.seen()[number], out) }
+        if self.own { self.method.felt(number, out) } else { self.state(self.seen()[number], out) }
     }
 
     fn interpolation<'b>(
