@@ -445,7 +445,7 @@ impl Balance {
         let axis = marker.rotation.column(2);
         let inertia = axis.dot(&(own.own_inertia() * axis));
         // Balanced, or shaken by what has no first harmonic.
-        if size.is_nan() || size <= NO_UNBALANCE * (inertia * own.own_mass()).sqrt() {
+        if size <= NO_UNBALANCE * (inertia * own.own_mass()).sqrt() {
             let none = Counterweight {
                 body: own.name.clone(),
                 mass: 0.0,
@@ -459,6 +459,9 @@ impl Balance {
         }
         let (light, slow) = (size / (0.1 * own.own_mass()), 0.1 * inertia / size);
         let radius = radius.unwrap_or(if inertia > 0.0 { light.min(slow) } else { light });
+        if !(size > 0.0 && radius > 0.0) {
+            return Err(cannot(session, "no counterweight makes the force less".into(), "see the harmonics"));
+        }
         let mass = size / radius;
         let steady = self.shaking.speed.powi(2) * radius;
         if let Some(moving) = self.turning.iter().find(|one| one.moves > STANDS * steady) {

@@ -192,18 +192,14 @@ impl<'a> Tape<'a> {
         self.results.extend(numbered(&self.forces, Role::Force));
         self.results.extend(numbered(&self.torques, Role::Torque));
         given.extend(self.results.iter().map(|(role, _)| *role));
-        let Subject { descriptor, rows, velocity_rows, .. } = *self.subject;
-        let left_out =
-            |row: u32, used: &[usize]| (row as usize) < descriptor.rows.len() && !used.contains(&(row as usize));
-        let set = given.iter().find(|role| match **role {
-            Role::Residual(row) => left_out(row, rows),
-            Role::VelocityResidual(row) => left_out(row, velocity_rows),
-            _ => false,
-        });
-        if let Some(role) = set {
+        let needed = self.needed();
+        let declared = self.subject.descriptor.rows.len();
+        let is_row =
+            |role: Role| matches!(role, Role::Residual(row) | Role::VelocityResidual(row) if (row as usize) < declared);
+        if let Some(role) = given.iter().find(|role| is_row(**role) && !needed.contains(role)) {
             return Err(format!("sets {}, which `uses_row` leaves out", self.name_of(*role)));
         }
-        match self.needed().into_iter().find(|role| !given.contains(role)) {
+        match needed.into_iter().find(|role| !given.contains(role)) {
             None => Ok(()),
             Some(role @ (Role::Residual(_) | Role::VelocityResidual(_))) => {
                 Err(format!("declares {}, but does not set it", self.name_of(role)))
