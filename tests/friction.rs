@@ -7,7 +7,7 @@ use odyn::results::{Event, EventKind};
 use odyn::session::{RunReport, Session};
 
 use crate::contacts::{every_way_agrees, run, try_run};
-use crate::support::{Scratch, column, options, root};
+use crate::support::{Scratch, column, difference, options, root};
 
 fn scene(name: &str) -> String {
     fs::read_to_string(root().join(format!("scenes/verification/{name}.toml"))).unwrap()
@@ -713,6 +713,31 @@ fn what_other_joints_lock_neither_slides_nor_closes() {
                 assert_eq!(report.exit_code(), 0, "{k} {kind} {formulation}: {}", report.summary.reason);
                 assert!(column(&report, "T").iter().all(|torque| *torque == 0.0), "{k} {kind} {formulation}");
             }
+        }
+    }
+}
+
+/// A push that turns, and reaches the limit of friction at 0.42 s: the speed begins as the square of time, and friction turns into its
+/// direction the faster the slower it is. Stability limits the steps of `dop853` (46 664 at 1e-12, off by 33 tolerances at the end).
+#[test]
+fn sliding_in_a_plane_that_begins_slowly_takes_few_steps() {
+    let text = "[plugins]\nlibraries = [\"joints\", \"forces\"]\n\
+                [simulation]\ngravity = [0, 0, -10]\nt_end = 1\noutput_step = 0.01\n\
+                [[body]]\nname = \"puck\"\nmass = 2\nparticle = true\n\
+                [[joint]]\nname = \"table\"\ntype = \"plane-contact\"\nbodies = [\"ground\", \"puck\"]\npoint = [0, 0, 0]\n\
+                axis = [0, 0, 1]\nparams.mu = 0.3\n\
+                [[force]]\nname = \"push\"\ntype = \"vector-force\"\nbodies = [\"ground\", \"puck\"]\npoint = [0, 0, 0]\n\
+                params.x = \"10 * t / 0.7 * cos(3 * t)\"\nparams.y = \"10 * t / 0.7 * sin(3 * t)\"\n\
+                [[output]]\nname = \"x\"\nquantity = \"position\"\nof = \"puck\"\ncomponent = \"x\"\n\
+                [[output]]\nname = \"vy\"\nquantity = \"velocity\"\nof = \"puck\"\ncomponent = \"y\"\n";
+    let exact = run(text, &["simulation.method=radau9", "simulation.tolerance=1e-12"]);
+    for (tolerance, most) in [(1e-6, 90), (1e-8, 160), (1e-10, 330), (1e-12, 500)] {
+        let report = run(text, &[&format!("simulation.tolerance={tolerance}")]);
+        let steps = report.summary.steps + report.summary.rejected;
+        assert!(steps < most, "{tolerance}: {steps} steps");
+        for name in ["x", "vy"] {
+            let off = difference(column(&report, name), column(&exact, name));
+            assert!(off < 3.0 * tolerance, "{tolerance}: `{name}` is off by {off:.1e}");
         }
     }
 }

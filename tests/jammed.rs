@@ -342,7 +342,8 @@ fn a_leaning_rod_stays_where_its_wall_holds_it() {
 
 /// A block that a force drives to and fro along a line across the axes of its contact. What is across that line is zero; friction turns it the
 /// faster the slower the block is, so that round-off of a velocity next to rest grew within steps to 100 tolerances, and 2000 of the
-/// friction.
+/// friction. What is left of velocities is well below the tolerance; the direction of friction is as good as they are beside the speed,
+/// which is small where the block turns back.
 #[test]
 fn a_block_that_turns_back_stays_on_its_line() {
     let azimuth = 0.7_f64;
@@ -362,14 +363,14 @@ fn a_block_that_turns_back_stays_on_its_line() {
         16.0 * cos,
         16.0 * sin
     );
-    for (tolerance, bound) in [(1e-6, 10.0), (1e-8, 10.0), (1e-10, 100.0)] {
+    for (tolerance, of_friction) in [(1e-6, 10.0), (1e-8, 20.0), (1e-10, 200.0)] {
         for formulation in ["joint", "cartesian"] {
             let sets =
                 [format!("simulation.tolerance={tolerance:e}"), format!("simulation.formulation=\"{formulation}\"")];
             let report = run(&text, &sets.each_ref().map(String::as_str));
             let turned = report.events.iter().filter(|event| event.kind == EventKind::Slides).count();
             assert!(turned >= 12, "{tolerance:e} {formulation}: {turned}");
-            for (x, y) in [("vx", "vy"), ("fx", "fy")] {
+            for (x, y, bound) in [("vx", "vy", 1.0), ("fx", "fy", of_friction)] {
                 let pairs = || column(&report, x).iter().zip(column(&report, y));
                 let across = pairs().map(|(x, y)| (cos * y - sin * x).abs()).fold(0.0, f64::max);
                 let size = pairs().map(|(x, y)| x.hypot(*y)).fold(0.0, f64::max);

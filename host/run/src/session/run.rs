@@ -262,7 +262,7 @@ impl<'a> Run<'a> {
             let ahead = &self.sample_times[self.system.samples().min(self.sample_times.len())..];
             let due = ahead.partition_point(|time| *time <= to);
             let span = Span { t_start: self.time, t_end: to, sample_times: &ahead[..due] };
-            let sliding = self.while_sliding.as_mut().filter(|_| self.system.slides_stiffly());
+            let sliding = self.while_sliding.as_mut().filter(|_| self.system.slides_in_plane());
             let method = sliding.unwrap_or(&mut self.method);
             let outcome = method.integrate(&mut self.system, &mut self.state, &span, &self.options)?;
             if outcome.counters.stiff_from.is_some() {

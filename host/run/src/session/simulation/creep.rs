@@ -179,12 +179,8 @@ impl Creep {
 }
 
 impl Simulation<'_> {
-    /// Whether frictions in a plane creep, or slide where that was stiff.
-    pub(in crate::session) fn slides_stiffly(&self) -> bool {
-        self.may_be_stiff() && self.slides_in_plane()
-    }
-
-    fn slides_in_plane(&self) -> bool {
+    /// Whether frictions in a plane slide, or creep.
+    pub(in crate::session) fn slides_in_plane(&self) -> bool {
         let Some(touch) = &self.touch else { return false };
         let frictions = touch.contacts.frictions();
         touch.sliding(&self.discrete).iter().any(|(number, _)| frictions[*number].rows.len() > 1)
