@@ -1,6 +1,7 @@
 //! Whose energy a mode is: of bodies, and of elements that store it or bring mass.
 
-use nalgebra::{Complex, DMatrix, Matrix3, Vector3};
+use nalgebra::allocator::Allocator;
+use nalgebra::{Complex, DMatrix, DefaultAllocator, Dim, Dyn, Matrix3, OMatrix, Vector3};
 
 use crate::eigen::ComplexVector;
 use crate::linear::Linear;
@@ -101,12 +102,17 @@ fn form(mass: &DMatrix<f64>, v: &ComplexVector) -> f64 {
     0.5 * v.dotc(&complex(mass, v)).re
 }
 
-/// A matrix times a complex vector.
-pub(crate) fn complex(matrix: &DMatrix<f64>, vector: &ComplexVector) -> ComplexVector {
-    let (re, im) = (vector.map(|z| z.re), vector.map(|z| z.im));
-    let (re, im) = (matrix * re, matrix * im);
-    re.zip_map(&im, Complex::new)
+/// A matrix times a complex vector, or several.
+pub(crate) fn complex<C: Dim>(matrix: &DMatrix<f64>, of: &Columns<C>) -> Columns<C>
+where
+    DefaultAllocator: Allocator<Dyn, C>,
+{
+    let (re, im) = (of.map(|z| z.re), of.map(|z| z.im));
+    (matrix * re).zip_map(&(matrix * im), Complex::new)
 }
+
+/// Complex vectors, a column each.
+type Columns<C> = OMatrix<Complex<f64>, Dyn, C>;
 
 /// The mass matrix of bodies without what elements lend them, ground axes, one block each.
 pub(crate) fn own_masses(model: &Model, layout: &Layout, inputs: &[f64]) -> Vec<DMatrix<f64>> {
@@ -121,25 +127,39 @@ pub(crate) fn own_masses(model: &Model, layout: &Layout, inputs: &[f64]) -> Vec<
     model.bodies.iter().enumerate().map(own).collect()
 }
 
-/// What vectors of states do to bodies, a column each: displacements, velocities, and changes of loads.
-pub(crate) struct Moved([DMatrix<Complex<f64>>; 3]);
+/// What vectors of states do, a column or a number each.
+pub(crate) struct Moved {
+    /// Displacements, velocities, and changes of loads of bodies.
+    of_bodies: [Columns<Dyn>; 3],
+    potential: Vec<f64>,
+}
+
+/// What one of them does.
+pub(crate) struct Move {
+    /// Displacements of bodies.
+    pub(crate) displacements: ComplexVector,
+    velocities: ComplexVector,
+    /// Changes of loads.
+    loads: ComplexVector,
+    potential: f64,
+}
 
 impl Moved {
-    pub(crate) fn of(linear: &Linear, vectors: &DMatrix<Complex<f64>>) -> Self {
-        let (re, im) = (vectors.map(|entry| entry.re), vectors.map(|entry| entry.im));
-        let by = |matrix: &DMatrix<f64>| (matrix * &re).zip_map(&(matrix * &im), Complex::new);
-        Self([by(&linear.positions), by(&linear.velocities), by(&linear.loads)])
+    pub(crate) fn of(linear: &Linear, vectors: &Columns<Dyn>) -> Self {
+        let of_bodies = [&linear.positions, &linear.velocities, &linear.loads].map(|by| complex(by, vectors));
+        Self { of_bodies, potential: potential(linear, vectors) }
     }
 
-    /// Those of vector `k`.
-    pub(crate) fn by(&self, k: usize) -> [ComplexVector; 3] {
-        self.0.each_ref().map(|columns| columns.column(k).into_owned())
+    /// That of vector `k`.
+    pub(crate) fn by(&self, k: usize) -> Move {
+        let [displacements, velocities, loads] = self.of_bodies.each_ref().map(|all| all.column(k).into_owned());
+        Move { displacements, velocities, loads, potential: self.potential[k] }
     }
 }
 
-/// Potential energy of a vector: half of what its displacements do against the forces that they cause, which are masses times the
+/// Potential energies of vectors: half of what their displacements do against the forces that they cause, which are masses times the
 /// accelerations by displacements alone. The kinetic energy is as much without damping and gyroscopic forces.
-fn potential(linear: &Linear, vector: &ComplexVector) -> f64 {
+fn potential(linear: &Linear, vectors: &Columns<Dyn>) -> Vec<f64> {
     let first = linear.a.nrows() - linear.element_states;
     let flexible = |of: fn(&Carried) -> &DMatrix<f64>, state: usize| {
         let own =
@@ -148,29 +168,38 @@ fn potential(linear: &Linear, vector: &ComplexVector) -> f64 {
     };
     let places = |k: usize| k < linear.coordinates || k >= first && flexible(|one| &one.positions, k);
     let rates = |k: usize| linear.coordinates <= k && k < first || k >= first && flexible(|one| &one.velocities, k);
-    let only = |of: &ComplexVector, kept: &dyn Fn(usize) -> bool| {
-        ComplexVector::from_fn(of.len(), |k, _| if kept(k) { of[k] } else { Complex::new(0.0, 0.0) })
+    let only = |mut of: Columns<Dyn>, kept: &dyn Fn(usize) -> bool| {
+        for (_, mut row) in of.row_iter_mut().enumerate().filter(|(k, _)| !kept(*k)) {
+            row.fill(Complex::new(0.0, 0.0));
+        }
+        of
     };
-    let displaced = only(vector, &places);
-    let accelerated = only(&complex(&linear.a, &displaced), &rates);
+    let displaced = only(vectors.clone(), &places);
+    let accelerated = only(complex(&linear.a, &displaced), &rates);
+    let mut energies = vec![0.0; vectors.ncols()];
+    let mut add = |mass: &DMatrix<f64>, x: &Columns<Dyn>, a: &Columns<Dyn>| {
+        let forces = complex(mass, a);
+        for (k, energy) in energies.iter_mut().enumerate() {
+            *energy -= 0.5 * x.column(k).dotc(&forces.column(k)).re;
+        }
+    };
     let (x, a) = (complex(&linear.positions, &displaced), complex(&linear.velocities, &accelerated));
-    let of_bodies = linear.own_masses.iter().enumerate().map(|(body, mass)| {
-        let part = |of: &ComplexVector| of.rows(6 * body, 6).into_owned();
-        part(&x).dotc(&complex(mass, &part(&a))).re
-    });
-    let of_carried = linear.carried.iter().map(|one| {
-        let (x, a) = (complex(&one.positions, &displaced), complex(&one.velocities, &accelerated));
-        x.dotc(&complex(&one.mass, &a)).re
-    });
-    -0.5 * of_bodies.chain(of_carried).sum::<f64>()
+    for (body, mass) in linear.own_masses.iter().enumerate() {
+        let [x, a] = [&x, &a].map(|of| of.rows(6 * body, 6).into_owned());
+        add(mass, &x, &a);
+    }
+    for one in &linear.carried {
+        add(&one.mass, &complex(&one.positions, &displaced), &complex(&one.velocities, &accelerated));
+    }
+    energies
 }
 
 /// Kinetic energies of bodies and of elements that bring some, and potential energies of elements, as shares of the energy of all, of
-/// a vector that does this to bodies.
+/// a vector that does this.
 pub(crate) fn energies(
     linear: &Linear,
     vector: &ComplexVector,
-    [x, v, loads]: &[ComplexVector; 3],
+    Move { displacements: x, velocities: v, loads, potential }: &Move,
 ) -> (Vec<Share>, Vec<Share>) {
     let of_bodies = linear.own_masses.iter().enumerate();
     let of_bodies = of_bodies.map(|(body, mass)| form(mass, &v.rows(6 * body, 6).into_owned()));
@@ -211,7 +240,7 @@ pub(crate) fn energies(
     for carried in linear.carried.iter().filter(|carried| carried.loads.is_some()) {
         store(&carried.element, carried.bent(vector));
     }
-    let whole = potential(linear, vector).abs();
+    let whole = potential.abs();
     // Of what is round-off there are no shares.
     let gross: f64 = stored.iter().map(|(_, energy)| energy.abs()).sum();
     stored.retain(|_| whole > ROUND_OFF * gross);

@@ -185,9 +185,9 @@ impl Modes {
             let value = pair.value;
             let moved = moved.by(k);
             let energies = energies(linear, &pair.vector, &moved);
-            let shape = shape(linear, &moved[0], length);
+            let shape = shape(linear, &moved.displacements, length);
             let size = value.norm();
-            let uncertainty = MARGIN * (pair.uncertainty + linear.open(pair, &moved[0]));
+            let uncertainty = MARGIN * (pair.uncertainty + linear.open(pair, &moved.displacements));
             if pair.residual > RESIDUAL {
                 notes.push(format!("mode {}: its vector is inaccurate, residual {:.1e}", k + 1, pair.residual));
             }

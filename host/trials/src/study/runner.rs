@@ -177,9 +177,9 @@ impl Study {
             Outcome::Failed(error) => error.exit_code(),
             Outcome::NotBegun => 130,
         };
-        let first = |of: &dyn Fn(&&Run) -> bool| self.runs.iter().filter(of).map(code).find(|code| *code != 0);
         // Whatever some of them came to, an interrupted study is not complete.
-        first(&|run| matches!(run.outcome, Outcome::NotBegun)).or_else(|| first(&|_| true)).unwrap_or(0)
+        let not_begun = self.runs.iter().find(|run| matches!(run.outcome, Outcome::NotBegun));
+        not_begun.map(code).or_else(|| self.runs.iter().map(code).find(|code| *code != 0)).unwrap_or(0)
     }
 
     /// The study, if any run got as far as being integrated.
