@@ -8,6 +8,7 @@
 //! | `methods.rs` | methods of integration written outside the host run scenes; the choice of the method costs little |
 //! | `checkpoints.rs` | runs that are killed and resumed give the same bytes |
 //! | `contacts.rs` | contacts that strike, rest and open, against closed forms and in every way |
+//! | `curves.rs` | functions through points are integrated to the tolerance, however smooth they are |
 //! | `relay.rs` | memories that jump switch at the instants of closed forms, in every way, and are kept |
 //! | `remembering.rs` | what elements of others count and keep at instants is that of the instant |
 //! | `friction.rs` | rows that hold up to a limit: they stick and slide as closed forms say, in every way |
@@ -95,6 +96,7 @@ mod clearance;
 mod closed_forms;
 mod compressor;
 mod contacts;
+mod curves;
 mod digits;
 mod doubts;
 mod enclosures;

@@ -365,9 +365,12 @@ fn turning(session: &mut Session, counted: &[usize]) -> Vec<Node> {
     [angles, rates].concat()
 }
 
-/// Conditions of selects, and where tables jump or have corners.
+/// How close to a smooth function a table is that steps lead across, on its range.
+const SMOOTH: f64 = 1e-3;
+
+/// Conditions of selects, and where tables jump, have corners or are bent much.
 fn switches(session: &mut Session, form: &JointForm, layout: &Layout) -> Result<Option<Quantities>, Refused> {
-    let sharp = Sharp::find(&session.equations, layout);
+    let sharp = Sharp::find(&session.equations, layout, SMOOTH);
     let found = Switches::find(&session.equations, layout);
     let g = &mut session.equations.graph;
     let mut nodes: Vec<Node> = found.conditions.iter().map(|(a, b)| g.sub(*a, *b)).collect();

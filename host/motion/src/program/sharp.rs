@@ -21,7 +21,7 @@ pub struct Sharp {
     pub of_time: Vec<Node>,
     /// Tables of arguments that depend on nothing but time.
     pub knots: Vec<(Node, Knots)>,
-    /// Tables of arguments that depend on the motion, with functions that change their sign where the table jumps or has a corner.
+    /// Tables of arguments that depend on the motion, with functions that change their sign where the table is not smooth.
     pub corners: Vec<(Node, Table)>,
     /// Both sides of the conditions that depend on nothing but time.
     pub conditions: Vec<(Node, Node)>,
@@ -37,12 +37,9 @@ pub struct Knots {
 }
 
 impl Knots {
-    /// Where value, slope or curvature of a table jumps.
-    fn of(table: &Table) -> Self {
-        Self {
-            breaks: table.kinks().map(|(at, _)| at).collect(),
-            repeats: table.breaks.first().copied().zip(table.period()),
-        }
+    /// Of a table with these break points.
+    fn of(table: &Table, breaks: Vec<f64>) -> Self {
+        Self { breaks, repeats: table.breaks.first().copied().zip(table.period()) }
     }
 
     /// The knots next to `x`: the largest one that is not above it, the smallest one above it. Of those that repeat it is the first
@@ -78,6 +75,13 @@ impl Knots {
         }
     }
 
+    /// Functions that change their sign at the knots, each at every other of them: what leads across two of them that are close
+    /// together is seen by both.
+    fn sides(&self) -> impl Iterator<Item = Table> + '_ {
+        let every_other = |from: usize| self.breaks.iter().copied().skip(from).step_by(2).collect();
+        [0, 1].into_iter().filter_map(move |from| alternating(every_other(from), self.repeats))
+    }
+
     /// The smallest number that has passed a knot, from one that is as close as round-off lets it be.
     fn first_behind(&self, number: f64, near: f64) -> f64 {
         let mut at = near;
@@ -109,9 +113,10 @@ enum Depends {
 }
 
 impl Sharp {
-    /// Looks through everything that accelerations, rates of states and joints depend on.
+    /// Looks through everything that accelerations, rates of states and joints depend on. Tables that are as close to a smooth function
+    /// as this share of their range are smooth.
     #[must_use]
-    pub fn find(equations: &Equations, layout: &Layout) -> Self {
+    pub fn find(equations: &Equations, layout: &Layout, share: f64) -> Self {
         let graph = &equations.graph;
         let mut roots = equations.loads.clone();
         roots.extend(&equations.state_rates);
@@ -129,19 +134,20 @@ impl Sharp {
         let mut found = Self::default();
         let mut parts: FxHashSet<Node> = FxHashSet::default();
         let mut known: FxHashSet<(Node, Node)> = FxHashSet::default();
+        // With the orders of the derivatives that are used.
+        let mut tables: Vec<((Node, u32), Vec<u32>)> = Vec::new();
         for node in &live {
             let expr = graph.expr(*node);
+            if let Expr::Table { table, at, order } = expr {
+                match tables.iter_mut().find(|(known, _)| *known == (at, table)) {
+                    Some((_, orders)) => orders.push(order),
+                    None => tables.push(((at, table), vec![order])),
+                }
+            }
             match of(*node) {
                 Depends::Motion => {
                     if stretches[node.0 as usize] == Stretch::Rises {
                         found.of_motion.push(*node);
-                    }
-                    if let Expr::Table { table, at, .. } = expr {
-                        for sides in sides(&graph.tables[table as usize]) {
-                            if !found.corners.contains(&(at, sides.clone())) {
-                                found.corners.push((at, sides));
-                            }
-                        }
                     }
                     graph.operands(*node, |operand| {
                         if of(operand) == Depends::Time {
@@ -156,23 +162,33 @@ impl Sharp {
                     {
                         parts.insert(*node);
                     }
-                    match expr {
-                        Expr::Table { table, at, .. } => {
-                            let knots = Knots::of(&graph.tables[table as usize]);
-                            if !knots.breaks.is_empty() && !found.knots.contains(&(at, knots.clone())) {
-                                found.knots.push((at, knots));
-                            }
-                        }
-                        Expr::Select(a, b, ..)
-                            if (of(a) == Depends::Time || of(b) == Depends::Time)
-                                && known.insert((a.min(b), a.max(b))) =>
-                        {
-                            found.conditions.push((a, b));
-                        }
-                        _ => {}
+                    if let Expr::Select(a, b, ..) = expr
+                        && (of(a) == Depends::Time || of(b) == Depends::Time)
+                        && known.insert((a.min(b), a.max(b)))
+                    {
+                        found.conditions.push((a, b));
                     }
                 }
                 Depends::Nothing => {}
+            }
+        }
+        // A function of two variables is made of many tables over each.
+        let mut places: Vec<(Node, Knots)> = Vec::new();
+        for ((at, table), orders) in tables {
+            let table = &graph.tables[table as usize];
+            let one = Knots::of(table, bends(table, &orders, share));
+            match places.iter_mut().find(|(known, knots)| *known == at && knots.repeats == one.repeats) {
+                Some((_, knots)) => knots.breaks.extend(one.breaks),
+                None => places.push((at, one)),
+            }
+        }
+        for (at, mut knots) in places {
+            knots.breaks.sort_by(f64::total_cmp);
+            knots.breaks.dedup();
+            match of(at) {
+                Depends::Motion => found.corners.extend(knots.sides().map(|sides| (at, sides))),
+                Depends::Time if !knots.breaks.is_empty() => found.knots.push((at, knots)),
+                _ => {}
             }
         }
         parts.extend(roots.iter().filter(|root| of(**root) == Depends::Time));
@@ -182,20 +198,62 @@ impl Sharp {
     }
 }
 
-/// Functions that change their sign where a table jumps or has a corner, each at every other of these places: what leads across two
-/// of them that are close together is seen by both.
-fn sides(table: &Table) -> impl Iterator<Item = Table> + '_ {
-    let at: Vec<f64> = table.kinks().filter(|(_, order)| *order < 2).map(|(at, _)| at).collect();
-    [0, 1].into_iter().filter_map(move |from| alternating(table, at.iter().copied().skip(from).step_by(2).collect()))
+/// The break points at which a table, of which derivatives of these orders are used, is not smooth enough for steps to lead across:
+/// where value or slope jumps, and where curvature or third derivative do so that what is used is further from a smooth function than
+/// a share of its range. The jump of a derivative of order r at one point is taken away by a change of J d^r times `ROUNDED`\[r\]
+/// within d / 2 of it.
+fn bends(table: &Table, orders: &[u32], share: f64) -> Vec<f64> {
+    let highest = orders.iter().copied().fold(2, u32::max);
+    let kinks: Vec<f64> = table.kinks().filter(|(_, order)| *order < highest).map(|(at, _)| at).collect();
+    let widths: Vec<f64> = table.breaks.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let derivative = |piece: usize, s: f64, order: u32| {
+        let [c0, c1, c2, c3] = table.pieces[piece];
+        match order {
+            0 => ((c3 * s + c2) * s + c1) * s + c0,
+            1 => (3.0 * c3 * s + 2.0 * c2) * s + c1,
+            2 => 6.0 * c3 * s + 2.0 * c2,
+            _ => 6.0 * c3,
+        }
+    };
+    let range = |order: u32| {
+        let values = (0..widths.len()).flat_map(|k| [0.0, 0.5, 1.0].map(|part| derivative(k, part * widths[k], order)));
+        let (low, high) = values.fold((f64::MAX, f64::MIN), |(low, high), y| (y.min(low), y.max(high)));
+        high - low
+    };
+    let ranges: Vec<(u32, f64)> = orders.iter().map(|order| (*order, range(*order))).collect();
+    let count = widths.len();
+    let bends = |k: usize| {
+        let around = match (k, table.period()) {
+            (0, Some(_)) => [Some(count - 1), Some(0)],
+            _ => [k.checked_sub(1), (k < count).then_some(k)],
+        };
+        let width = around.iter().flatten().map(|piece| widths[*piece]).fold(f64::MAX, f64::min);
+        let jump = |order: u32| {
+            let [left, right] = around;
+            let left = left.map_or(0.0, |piece| derivative(piece, widths[piece], order));
+            (right.map_or(0.0, |piece| derivative(piece, 0.0, order)) - left).abs()
+        };
+        ranges.iter().any(|(used, range)| {
+            ((*used).max(2)..=3).any(|order| {
+                let more = order - used;
+                jump(order) * width.powi(more as i32) * ROUNDED[more as usize] > share * range
+            })
+        })
+    };
+    let places = table.breaks.iter().enumerate().take(if table.period().is_some() { count } else { count + 1 });
+    places.filter(|(k, at)| kinks.contains(at) || bends(*k)).map(|(_, at)| *at).collect()
 }
 
-/// A function that is negative and positive by turns between places of a table, and zero there; `None` without such places. Between
-/// them it is a parabola of height 1.
-fn alternating(table: &Table, mut at: Vec<f64>) -> Option<Table> {
+/// See [`bends`].
+const ROUNDED: [f64; 4] = [1.0 / 2.0, 1.0 / 8.0, 1.0 / 64.0, 1.0 / 384.0];
+
+/// A function that is negative and positive by turns between places, which may repeat, and zero there; `None` without such places.
+/// Between them it is a parabola of height 1.
+fn alternating(mut at: Vec<f64>, repeats: Option<(f64, f64)>) -> Option<Table> {
     let first = *at.first()?;
-    let outside = table.outside;
-    match table.period() {
-        Some(period) => {
+    let outside = if repeats.is_some() { Outside::Periodic } else { Outside::Clamped };
+    match repeats {
+        Some((_, period)) => {
             if at.len() % 2 == 1 {
                 // An odd number of changes comes out even after two periods.
                 at.extend(at.clone().iter().map(|x| x + period));

@@ -81,6 +81,9 @@ impl Source {
     }
 }
 
+/// How close to a smooth function a table is that steps lead across, on its range and the tolerance.
+const SMOOTH: f64 = 0.1;
+
 /// What is to be watched in a scene.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Watching {
@@ -106,8 +109,8 @@ pub(super) struct Watching {
 impl Watching {
     /// Looks for it in the equations, which gain the nodes to watch; of the angles, at those that are counted
     /// ([`Equations::counted_angles`]).
-    pub(super) fn find(equations: &mut Equations, counted: &[usize], layout: &Layout) -> Self {
-        let sharp = Sharp::find(equations, layout);
+    pub(super) fn find(equations: &mut Equations, counted: &[usize], layout: &Layout, tolerance: f64) -> Self {
+        let sharp = Sharp::find(equations, layout, SMOOTH * tolerance);
         let mut switches = Switches::find(equations, layout);
         // What depends on time alone is known before a step.
         let of_time: BTreeSet<(Node, Node)> = sharp.conditions.iter().map(|(a, b)| (*a.min(b), *a.max(b))).collect();

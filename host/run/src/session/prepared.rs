@@ -148,7 +148,7 @@ impl Prepared {
         let Session { equations, model, assembly, scene, .. } = &mut session;
         let mut system = Simulation::new(equations, model, &layout, assembly, formulation, tolerance, rows)
             .map_err(|e| start_error(scene, model, &e))?;
-        let mut watching = Watching::find(&mut session.equations, system.counted_angles(), &layout);
+        let mut watching = Watching::find(&mut session.equations, system.counted_angles(), &layout, tolerance);
         if session.pruning.events && fixed_step.is_none() {
             system.end_steps_at(&session.equations, watching.conditions());
         }

@@ -333,7 +333,7 @@ impl Session {
         let mut equations = self.equations.clone();
         let layout = &self.plan.layout;
         let counted = equations.counted_angles(&self.model, layout);
-        let watched = Watching::find(&mut equations, &counted, layout).in_words(&equations, layout);
+        let watched = Watching::find(&mut equations, &counted, layout, self.tolerance()).in_words(&equations, layout);
         PlanReport {
             enclosed: watched.within,
             known_ahead: watched.ahead,

@@ -40,11 +40,58 @@ fn knots_that_repeat_are_where_the_table_jumps() {
     }
 }
 
+/// Of a spline through points of a sine, and of its derivatives: the denser the points, the closer it is to a smooth function.
+#[test]
+fn knots_are_where_a_curve_is_bent_by_more_than_a_share_of_its_range() {
+    for (count, order, share, expected) in [
+        (31, 0, 1e-7, 25..=31),
+        (1001, 0, 1e-7, 0..=10),
+        (1001, 0, 1e-12, 900..=1001),
+        (1001, 2, 1e-7, 900..=1001),
+        (10_001, 0, 1e-12, 0..=10),
+        (10_001, 1, 1e-12, 9000..=10_001),
+    ] {
+        let found = prepared(&scenes::pendulum(""));
+        let (mut equations, layout) = (found.equations, found.plan.layout);
+        let at = |k: u32| 10.0 * f64::from(k) / f64::from(count - 1);
+        let points: Vec<[f64; 2]> = (0..count).map(|k| [at(k), (2.0 * at(k)).sin()]).collect();
+        let g = &mut equations.graph;
+        g.tables.push(Table::through(&points, Interpolation::Spline, Outside::Clamped).unwrap());
+        let (table, t) = (g.tables.len() as u32 - 1, g.input(0));
+        equations.loads[0] = g.table(table, order, t);
+        let sharp = Sharp::find(&equations, &layout, share);
+        let knots = sharp.knots.first().map_or(0, |(_, knots)| knots.breaks.len());
+        assert!(expected.contains(&knots), "{count} points, order {order}, {share}: {knots} knots");
+    }
+}
+
+/// As those that a function of two variables is made of.
+#[test]
+fn tables_over_one_argument_are_watched_together() {
+    let found = prepared(&scenes::pendulum(""));
+    let (mut equations, layout) = (found.equations, found.plan.layout);
+    let g = &mut equations.graph;
+    let x = g.input(layout.body_slot(0, 0));
+    let mut sum = x;
+    for points in [[[0.0, 0.0], [1.0, 2.0], [3.0, 0.0]], [[0.0, 1.0], [2.0, 2.0], [4.0, 0.0]]] {
+        g.tables.push(Table::through(&points, Interpolation::Linear, Outside::Clamped).unwrap());
+        let curve = g.table(g.tables.len() as u32 - 1, 0, x);
+        sum = g.add(sum, curve);
+    }
+    equations.loads[0] = sum;
+    let corners = Sharp::find(&equations, &layout, 1e-11).corners;
+    assert_eq!(corners.len(), 2);
+    for at in [0.0, 1.0, 2.0, 3.0, 4.0] {
+        let changes = |sides: &Table| sides.derivative(at - 0.1, 0) * sides.derivative(at + 0.1, 0) < 0.0;
+        assert_eq!(corners.iter().filter(|(_, sides)| changes(sides)).count(), 1, "{at}");
+    }
+}
+
 #[test]
 fn what_may_be_sharp_is_found_and_geometry_is_not() {
     let found = prepared(&scenes::pendulum(""));
     let (mut equations, layout) = (found.equations, found.plan.layout);
-    assert_eq!(Sharp::find(&equations, &layout), Sharp::default());
+    assert_eq!(Sharp::find(&equations, &layout, 1e-11), Sharp::default());
     let g = &mut equations.graph;
     let (x, t) = (g.input(layout.body_slot(0, 0)), g.input(0));
     let bell = g.exp(x);
@@ -56,7 +103,7 @@ fn what_may_be_sharp_is_found_and_geometry_is_not() {
     let over_way = g.table(g.tables.len() as u32 - 1, 0, x);
     let sum = g.add(carried, over_time);
     equations.loads[0] = g.add(sum, over_way);
-    let sharp = Sharp::find(&equations, &layout);
+    let sharp = Sharp::find(&equations, &layout, 1e-11);
     assert_eq!(sharp.of_motion, [bell, over_way]);
     assert!(sharp.of_time.contains(&beat) && sharp.of_time.contains(&over_time));
     assert_eq!(sharp.knots.len(), 1);
