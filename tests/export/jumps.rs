@@ -1,6 +1,7 @@
 //! Forces that jump: in time, at the end of a step too, and where a speed is reached. Stages of a step that lie behind a jump would leave
 //! a share of the step as error for good.
 
+use element_api::testkit::Random;
 use odyn::export::{METHODS, Twin};
 
 use super::{compare, machine, of_text};
@@ -80,5 +81,25 @@ fn jumps_of_forces_cost_no_accuracy() {
             }
             compare(&machine, folder.path(), 40);
         }
+    }
+}
+
+/// Steps end where a curve over time is bent much; of very many such points only where it jumps or has a corner, as at its ends.
+#[test]
+fn of_many_bends_only_corners_are_ends_of_steps() {
+    for (count, kind, expected) in
+        [(12, "spline", 9..=12), (12, "monotone", 12..=12), (100, "spline", 2..=2), (100, "linear", 0..=0)]
+    {
+        let mut random = Random::new(5);
+        let at = |k: u32| 1.5 * f64::from(k) / f64::from(count - 1);
+        let points: Vec<String> =
+            (0..count).map(|k| format!("[{:?}, {:?}]", at(k), random.between(-1.0, 1.0))).collect();
+        let law = format!(
+            "type = \"signal-source\"\nparams.function = {{ points = [{}], interpolation = \"{kind}\" }}\n",
+            points.join(", ")
+        );
+        let machine = machine(of_text(&CARRIAGE.replace("@law@", &law)), Some(0.05), "rk4");
+        let found = machine.switches.map_or(0, |switches| switches.program.output_count());
+        assert!(expected.contains(&found), "{count} points, {kind}: {found}");
     }
 }

@@ -7,7 +7,7 @@ use crate::method::Method;
 use crate::model::{Model, Quantity};
 use crate::parameters::Parameters;
 use crate::plan::Layout;
-use crate::program::{Node, Seeds, Sharp, Switches, derivatives};
+use crate::program::{Knots, Node, Seeds, Sharp, Switches, derivatives};
 use crate::refused;
 use crate::sampled::Sampled;
 use crate::session::{Session, SessionError};
@@ -126,8 +126,9 @@ pub(crate) enum Slot {
 const CORRECTIONS: usize = 2;
 /// Switches that are located per step; those beyond are stepped over.
 const LOCATED: usize = 2;
-/// Break points of a table over time at which steps end; of one with more they are stepped over.
-const MOST_KNOTS: usize = 32;
+/// Break points over time at which steps end, of all tables together. Of more only those where a table jumps or has a corner; where
+/// these are as many, all are stepped over.
+const MOST_KNOTS: usize = 64;
 
 impl Machine {
     /// Writes down the programs of a scene.
@@ -370,7 +371,9 @@ const SMOOTH: f64 = 1e-3;
 
 /// Conditions of selects, and where tables jump, have corners or are bent much.
 fn switches(session: &mut Session, form: &JointForm, layout: &Layout) -> Result<Option<Quantities>, Refused> {
-    let sharp = Sharp::find(&session.equations, layout, SMOOTH);
+    let [bent, kinked] = [SMOOTH, f64::INFINITY].map(|share| Sharp::find(&session.equations, layout, share));
+    let is_crowded = |(_, knots): &(Node, Knots)| knots.breaks.len() > MOST_KNOTS;
+    let sharp = if bent.knots.iter().any(is_crowded) { kinked } else { bent };
     let found = Switches::find(&session.equations, layout);
     let g = &mut session.equations.graph;
     let mut nodes: Vec<Node> = found.conditions.iter().map(|(a, b)| g.sub(*a, *b)).collect();
@@ -379,9 +382,7 @@ fn switches(session: &mut Session, form: &JointForm, layout: &Layout) -> Result<
         nodes.push(g.table(g.tables.len() as u32 - 1, 0, *at));
     }
     // Tables over time: those that repeat are stepped over.
-    for (at, knots) in
-        sharp.knots.iter().filter(|(_, knots)| knots.repeats.is_none() && knots.breaks.len() <= MOST_KNOTS)
-    {
+    for (at, knots) in sharp.knots.iter().filter(|one| one.1.repeats.is_none() && !is_crowded(one)) {
         for knot in &knots.breaks {
             let knot = g.constant(*knot);
             nodes.push(g.sub(*at, knot));

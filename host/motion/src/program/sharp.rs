@@ -203,6 +203,9 @@ impl Sharp {
 /// a share of its range. The jump of a derivative of order r at one point is taken away by a change of J d^r times `ROUNDED`\[r\]
 /// within d / 2 of it.
 fn bends(table: &Table, orders: &[u32], share: f64) -> Vec<f64> {
+    if !table.is_sound() {
+        return Vec::new();
+    }
     let highest = orders.iter().copied().fold(2, u32::max);
     let kinks: Vec<f64> = table.kinks().filter(|(_, order)| *order < highest).map(|(at, _)| at).collect();
     let widths: Vec<f64> = table.breaks.windows(2).map(|pair| pair[1] - pair[0]).collect();
@@ -241,7 +244,8 @@ fn bends(table: &Table, orders: &[u32], share: f64) -> Vec<f64> {
         })
     };
     let places = table.breaks.iter().enumerate().take(if table.period().is_some() { count } else { count + 1 });
-    places.filter(|(k, at)| kinks.contains(at) || bends(*k)).map(|(_, at)| *at).collect()
+    let is_kink = |at: &f64| kinks.binary_search_by(|kink| kink.total_cmp(at)).is_ok();
+    places.filter(|(k, at)| is_kink(at) || bends(*k)).map(|(_, at)| *at).collect()
 }
 
 /// See [`bends`].
