@@ -371,9 +371,11 @@ const SMOOTH: f64 = 1e-3;
 
 /// Conditions of selects, and where tables jump, have corners or are bent much.
 fn switches(session: &mut Session, form: &JointForm, layout: &Layout) -> Result<Option<Quantities>, Refused> {
-    let [bent, kinked] = [SMOOTH, f64::INFINITY].map(|share| Sharp::find(&session.equations, layout, share));
+    let mut sharp = Sharp::find(&session.equations, layout, SMOOTH);
     let is_crowded = |(_, knots): &(Node, Knots)| knots.breaks.len() > MOST_KNOTS;
-    let sharp = if bent.knots.iter().any(is_crowded) { kinked } else { bent };
+    if sharp.knots.iter().any(is_crowded) {
+        sharp = Sharp::find(&session.equations, layout, f64::INFINITY);
+    }
     let found = Switches::find(&session.equations, layout);
     let g = &mut session.equations.graph;
     let mut nodes: Vec<Node> = found.conditions.iter().map(|(a, b)| g.sub(*a, *b)).collect();

@@ -73,7 +73,7 @@ pub use import::{import, operation};
 pub use listing::{Listing, Value};
 pub use machine::MachineCode;
 pub use magnitude::magnitudes;
-pub use ranges::Ranges;
+pub use ranges::{Ranges, taylor};
 pub use rewrite::Rewriting;
 pub use series::Series;
 pub use shared::SharedCode;

@@ -356,8 +356,9 @@ impl Gathered<'_> {
     }
 }
 
-/// The derivatives of a piece at a place.
-fn taylor([c0, c1, c2, c3]: &[f64; 4], s: f64) -> [f64; 4] {
+/// The value of a piece of a table and its derivatives, by order, at a place from its beginning.
+#[must_use]
+pub fn taylor([c0, c1, c2, c3]: &[f64; 4], s: f64) -> [f64; 4] {
     [c0 + s * (c1 + s * (c2 + s * c3)), c1 + s * (2.0 * c2 + s * (3.0 * c3)), 2.0 * c2 + s * (6.0 * c3), 6.0 * c3]
 }
 

@@ -4,9 +4,11 @@
 //! A method sees its functions at a few places of a step. What happens between them is bounded where it may be sharp; smooth
 //! functions of the coordinates (sines, products, roots) are left to error control.
 
+use std::collections::BTreeMap;
+
 use element_api::Table;
 use element_api::table::Outside;
-use odyn_graph::{Expr, Graph, Node};
+use odyn_graph::{Expr, Graph, Node, taylor};
 use rustc_hash::FxHashSet;
 
 use super::equations::Equations;
@@ -135,14 +137,11 @@ impl Sharp {
         let mut parts: FxHashSet<Node> = FxHashSet::default();
         let mut known: FxHashSet<(Node, Node)> = FxHashSet::default();
         // With the orders of the derivatives that are used.
-        let mut tables: Vec<((Node, u32), Vec<u32>)> = Vec::new();
+        let mut tables: BTreeMap<(Node, u32), Vec<u32>> = BTreeMap::new();
         for node in &live {
             let expr = graph.expr(*node);
             if let Expr::Table { table, at, order } = expr {
-                match tables.iter_mut().find(|(known, _)| *known == (at, table)) {
-                    Some((_, orders)) => orders.push(order),
-                    None => tables.push(((at, table), vec![order])),
-                }
+                tables.entry((at, table)).or_default().push(order);
             }
             match of(*node) {
                 Depends::Motion => {
@@ -177,7 +176,8 @@ impl Sharp {
         for ((at, table), orders) in tables {
             let table = &graph.tables[table as usize];
             let one = Knots::of(table, bends(table, &orders, share));
-            match places.iter_mut().find(|(known, knots)| *known == at && knots.repeats == one.repeats) {
+            let mut of_it = places.iter_mut().rev().take_while(|(known, _)| *known == at);
+            match of_it.find(|(_, knots)| knots.repeats == one.repeats) {
                 Some((_, knots)) => knots.breaks.extend(one.breaks),
                 None => places.push((at, one)),
             }
@@ -209,15 +209,7 @@ fn bends(table: &Table, orders: &[u32], share: f64) -> Vec<f64> {
     let highest = orders.iter().copied().fold(2, u32::max);
     let kinks: Vec<f64> = table.kinks().filter(|(_, order)| *order < highest).map(|(at, _)| at).collect();
     let widths: Vec<f64> = table.breaks.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    let derivative = |piece: usize, s: f64, order: u32| {
-        let [c0, c1, c2, c3] = table.pieces[piece];
-        match order {
-            0 => ((c3 * s + c2) * s + c1) * s + c0,
-            1 => (3.0 * c3 * s + 2.0 * c2) * s + c1,
-            2 => 6.0 * c3 * s + 2.0 * c2,
-            _ => 6.0 * c3,
-        }
-    };
+    let derivative = |piece: usize, s: f64, order: u32| taylor(&table.pieces[piece], s)[order as usize];
     let range = |order: u32| {
         let values = (0..widths.len()).flat_map(|k| [0.0, 0.5, 1.0].map(|part| derivative(k, part * widths[k], order)));
         let (low, high) = values.fold((f64::MAX, f64::MIN), |(low, high), y| (y.min(low), y.max(high)));

@@ -151,7 +151,7 @@ impl Watching {
             ]),
             ahead: list(vec![
                 count(self.sharp.of_time.len(), "function of time", "functions of time"),
-                count(self.sharp.knots.len(), "table over time", "tables over time"),
+                count(self.sharp.knots.len(), "set of points in time", "sets of points in time"),
                 count(self.sharp.conditions.len(), "switch in time", "switches in time"),
             ]),
             bounded: list(vec![

@@ -21,7 +21,7 @@ const FORGOTTEN: usize = 12;
 const MANY_STEPS: u32 = 1000;
 /// What share of them it gets faster in at least, and slower in, where that is noise.
 const UP_AND_DOWN: u32 = 8;
-/// Steps between two events, tried or made, beyond which an explicit method is too slow.
+/// Steps between two events, tried or made, from which on Jacobians are worth a program.
 const SHORT_STEPS: u64 = 500;
 /// For how long it creeps first, in spans of the changes before.
 const FIRST_WAIT: f64 = 2.0;
@@ -191,7 +191,7 @@ impl Simulation<'_> {
         self.touch.as_ref().is_some_and(|touch| touch.creep.creeps() || touch.creep.stiff)
     }
 
-    /// An explicit method took so many steps, tried or made, and found that stability limits them: for what slides, if anything does.
+    /// A method took so many steps, tried or made, and found that stability limits explicit ones: for what slides, if anything does.
     pub(in crate::session) fn was_stiff(&mut self, steps: u64) {
         if steps > SHORT_STEPS
             && self.slides_in_plane()
