@@ -567,6 +567,86 @@ fn open_velocities_are_those_of_least_energy_with_elements_between_bodies() {
     assert!((found + 2.0 / 17.1).abs() < 1e-13, "{found}");
 }
 
+/// On one axis nothing but the rotor moves the second wheel: J w + b (w - 1) = 0. Large scenes take what is asked for with rest elsewhere
+/// as it is, if that is what has the least energy.
+#[test]
+fn what_only_an_element_moves_is_found_at_the_start() {
+    let wheel = |name: &str, x: usize, more: &str| {
+        format!(
+            "[[body]]\nname = \"{name}\"\nmass = 1\ninertia = [1, 1, 1]\nposition = [{x}, 0, 0]\n{more}\n\
+             [[joint]]\nname = \"of-{name}\"\ntype = \"revolute\"\nbodies = [\"ground\", \"{name}\"]\npoint = [{x}, 0, 0]\n"
+        )
+    };
+    let driven = "velocity = [0, 0, 0]\nangular_velocity = [0, 0, 1]";
+    let two = "[plugins]\nlibraries = [\"joints\", \"forces\"]\n[simulation]\nt_end = 1e-9\noutput_step = 1e-9\n"
+        .to_owned()
+        + &wheel("a", 0, driven)
+        + &wheel("b", 0, "")
+        + "[[output]]\nname = \"w\"\nquantity = \"angular_velocity\"\nof = \"b\"\ncomponent = \"z\"\n";
+    let many: String = (1..60).map(|k| wheel(&format!("far{k}"), k, driven)).collect();
+    for b in [1e-3, 3.0, 1e3] {
+        let rotor = format!(
+            "[[force]]\nname = \"rotor\"\ntype = \"rotational-inerter\"\nbodies = [\"a\", \"b\"]\nparams.inertance = {b:e}\n"
+        );
+        for text in [two.clone() + &rotor, two.clone() + &many + &rotor] {
+            let found = column(&try_text(&text, &[]).unwrap(), "w")[0];
+            assert!((found - b / (1.0 + b)).abs() < 1e-12, "{b}: {found}");
+        }
+    }
+}
+
+/// A body that is next to nothing, with a rotor, between a heavy one and the ground: the sizes of a scene are those of bodies, whatever
+/// moments of inertia elements lend them.
+#[test]
+fn a_light_body_with_a_rotor_is_assembled_and_moves_as_a_heavier_one() {
+    let text = |mass: f64| {
+        let moment = mass / 10.0;
+        format!(
+            r#"
+[plugins]
+libraries = ["joints", "forces"]
+[simulation]
+gravity = [0, 0, -9.81]
+t_end = 1
+output_step = 0.1
+formulation = "cartesian"
+[[body]]
+name = "light"
+mass = {mass:e}
+inertia = [{moment:e}, {moment:e}, {moment:e}]
+[[body]]
+name = "heavy"
+mass = 1
+inertia = [0.1, 0.1, 0.1]
+[[joint]]
+name = "hinge"
+type = "revolute"
+bodies = ["light", "heavy"]
+point = [0.1, 0, 0]
+[[joint]]
+name = "ball"
+type = "spherical"
+bodies = ["ground", "heavy"]
+frames = [{{ position = [0.05, 0.2, 0.3] }}, {{ position = [0, 0.2, 0.3] }}]
+[[force]]
+name = "rotor"
+type = "rotational-inerter"
+bodies = ["light", "heavy"]
+point = [0.1, 0, 0]
+params.inertance = 0.02
+[[output]]
+name = "z"
+quantity = "position"
+of = "heavy"
+component = "z"
+"#
+        )
+    };
+    let [heavier, light] = [1e-9, 1e-12].map(|mass| try_text(&text(mass), &[]).unwrap());
+    assert!(difference(&column(&light, "z"), &column(&heavier, "z")) < 1e-8);
+    assert_eq!(light.summary.steps, heavier.summary.steps);
+}
+
 /// A heavy mass on a light body that nothing accelerates.
 #[test]
 fn inertia_that_nothing_accelerates_moves_on() {

@@ -68,9 +68,8 @@ fn a_stiff_scene_is_stepped_as_its_motion_needs() {
 /// Steps that are too long for a scene may end with finite numbers, all of them wrong: steps of half the size show it.
 #[test]
 fn steps_that_are_too_long_are_found_by_trial() {
-    let tried = |scene: &str, step: Option<f64>, method: &str, most: usize| {
-        machine(open(scene, &[]), step, method).tried(most)
-    };
+    let tried =
+        |scene: &str, step: Option<f64>, method: &str, most: usize| machine(open(scene, &[]), step, method).tried(most);
     // Fast vibrations grow slowly there.
     let trial = tried("verification/beam-chain.toml", Some(8.75e-4), "dopri5", 5000);
     println!("{trial:?}");

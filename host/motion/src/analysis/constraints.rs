@@ -1,5 +1,7 @@
 //! [`Constraints`]: rows, Jacobian values and violations at a configuration.
 
+use nalgebra::Matrix3;
+
 use super::formulation::AnalysisError;
 use crate::linalg::{KktStructure, LinalgError};
 use crate::model::Model;
@@ -208,11 +210,16 @@ pub(super) fn mass_entries(masses: &[f64]) -> Vec<(usize, usize, f64)> {
 /// Values of the mass matrix, aligned with the pattern.
 #[must_use]
 pub fn mass_values(model: &Model) -> Vec<f64> {
-    let mut values = Vec::with_capacity(MASSES * model.bodies.len());
-    for body in &model.bodies {
-        values.extend([body.mass; 3]);
+    masses(model.bodies.iter().map(|body| (body.mass, body.inertia)))
+}
+
+/// The same of any masses and inertias.
+pub(super) fn masses(bodies: impl Iterator<Item = (f64, Matrix3<f64>)>) -> Vec<f64> {
+    let mut values = Vec::with_capacity(MASSES * bodies.size_hint().0);
+    for (mass, inertia) in bodies {
+        values.extend([mass; 3]);
         for column in 0..3 {
-            values.extend((column..3).map(|row| body.inertia[(row, column)]));
+            values.extend((column..3).map(|row| inertia[(row, column)]));
         }
     }
     values

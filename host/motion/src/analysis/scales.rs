@@ -51,9 +51,8 @@ impl Scales {
         };
         for (index, body) in model.bodies.iter().enumerate() {
             points.push(pose(index).0);
-            // The inertia that stands in for that of a particle says nothing of its size.
-            if !body.particle && turns(index) {
-                length = length.max((body.inertia.trace() / body.mass).sqrt());
+            if turns(index) {
+                length = length.max(body.gyration());
             }
         }
         for element in &model.elements {

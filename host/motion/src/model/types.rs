@@ -116,6 +116,14 @@ impl Body {
         self.lent.as_ref().map_or(self.inertia, |lent| lent.own_inertia)
     }
 
+    /// The root of the trace of its own inertia over its own mass, m: a size of it, whatever elements lend it. Zero of a particle, whose
+    /// inertia has no meaning, and without mass of its own.
+    #[must_use]
+    pub fn gyration(&self) -> f64 {
+        let squared = self.own_inertia().trace() / self.own_mass();
+        if self.particle || !squared.is_finite() { 0.0 } else { squared.sqrt() }
+    }
+
     /// Gives an axis without moment of inertia, about which nothing holds the body and about which it does not turn, as much
     /// as the others: it keeps on not turning, without round-off being taken for motion.
     pub fn calm(&mut self, number: usize) {

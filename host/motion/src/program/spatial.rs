@@ -51,9 +51,8 @@ pub(super) fn references(model: &Model, tree: &SpanningTree, far: f64) -> Vec<bo
         let slide = (place(model, near) - place(model, own)).norm();
         // On the ground, the reference is the origin of the joint's frame.
         let to_joint = slide + joint.parent.map_or(0.0, |parent| way[parent] + near.position.norm());
-        let turning = if body.particle { 0.0 } else { (body.inertia.diagonal().max() / body.mass).sqrt() };
         let arm = own.position.norm();
-        let is_far = to_joint > far * arm.max(turning);
+        let is_far = to_joint > far * arm.max(body.gyration());
         way[joint.child] = if is_far { arm } else { to_joint + arm };
         anew.push(is_far);
     }

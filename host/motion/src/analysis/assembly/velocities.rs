@@ -2,7 +2,10 @@
 
 use std::collections::BTreeMap;
 
+use nalgebra::Matrix6;
+
 use super::*;
+use crate::analysis::constraints::masses;
 use crate::model::{Instance, mass_of_element};
 use crate::plan::poses_of_bodies;
 
@@ -81,14 +84,21 @@ pub(super) fn velocities(
         Ok(rank)
     };
     let rank = solve(&structure, &mass_values(model), &mut v).map_err(AnalysisError::from)?;
-    let uneven = uneven_metric(model.bodies.len(), length);
-    if let Some((mass, values)) = mass_with_elements(model, layout, state) {
-        // What the joints and the scene determine is the same by any mass, and keeps its digits by that of bodies.
-        let mut other = vec![0.0; n];
-        solve(&structure, &uneven, &mut other).map_err(AnalysisError::from)?;
-        // Nothing in one of them may be something in the other.
+    // What the joints and the scene determine does not depend on the metric: here all bodies and elements count differently.
+    let uneven = (&structure.mass[..], uneven_metric(model.bodies.len(), length));
+    let (pattern, uneven) = with_elements(uneven, (model, layout, state), |parts| 1.0 / size(parts, length));
+    let uneven_structure = KktStructure { mass: pattern, ..structure.clone() };
+    let mut other = None;
+    if model.elements.iter().any(Instance::brings_kinetic) {
+        let other = other.insert(vec![0.0; n]);
+        solve(&uneven_structure, &uneven, other).map_err(AnalysisError::from)?;
+        // It keeps its digits by the masses of bodies. Nothing in one of them may be something in the other.
         let pairs = [[&v[..], &other[..]], [&other[..], &v[..]]];
         if pairs.into_iter().any(|pair| !differing(model, state, pair, length).is_empty()) {
+            // What elements lend to bodies stands for a part of it only, and they couple bodies.
+            let own =
+                (&structure.mass[..], masses(model.bodies.iter().map(|body| (body.own_mass(), body.own_inertia()))));
+            let (mass, values) = with_elements(own, (model, layout, state), |_| 1.0);
             match solve(&KktStructure { mass, ..structure.clone() }, &values, &mut v) {
                 // Bodies are too light beside the mass of elements: what these lend them counts.
                 Err(LinalgError::NotPositiveDefinite { .. }) => {}
@@ -125,9 +135,14 @@ pub(super) fn velocities(
         .fold(driven, f64::max);
     // As many rows as velocities leave nothing open.
     if *given_speed > 0.0 && rank < n {
-        // What the joints and the scene determine does not depend on the metric.
-        let mut other = vec![0.0; n];
-        solve(&structure, &uneven, &mut other).map_err(AnalysisError::from)?;
+        let other = match other {
+            Some(other) => other,
+            None => {
+                let mut other = vec![0.0; n];
+                solve(&uneven_structure, &uneven, &mut other).map_err(AnalysisError::from)?;
+                other
+            }
+        };
         *chosen = differing(model, state, [&v, &other], length);
     }
     let mut misses = Vec::new();
@@ -145,35 +160,39 @@ pub(super) fn velocities(
 /// Entries of a matrix, row and column, and their values.
 type Entries = (Vec<(usize, usize)>, Vec<f64>);
 
-/// Pattern and values of the mass matrix where elements bring kinetic energy: what they lend to bodies stands for a part of it only, and they
-/// couple bodies. `None` where none does.
-fn mass_with_elements(model: &Model, layout: &Layout, state: &[f64]) -> Option<Entries> {
-    if !model.elements.iter().any(Instance::brings_kinetic) {
-        return None;
-    }
+/// Pattern and values of a metric of bodies with shares of the mass matrices of elements, which couple bodies. `share` is that of an
+/// element, by its blocks.
+fn with_elements(
+    (pattern, own): (&[(usize, usize)], Vec<f64>),
+    (model, layout, state): (&Model, &Layout, &[f64]),
+    share: impl Fn(&[([usize; 2], Matrix6<f64>)]) -> f64,
+) -> Entries {
     // By column and row, as patterns are sorted.
-    let mut entries: BTreeMap<(usize, usize), f64> = BTreeMap::new();
-    for (index, body) in model.bodies.iter().enumerate() {
-        let at = 6 * index;
-        entries.extend((0..3).map(|k| ((at + k, at + k), body.own_mass())));
-        let pairs = (0..3).flat_map(|column| (column..3).map(move |row| (column, row)));
-        entries.extend(pairs.map(|(c, r)| ((at + 3 + c, at + 3 + r), body.own_inertia()[(r, c)])));
-    }
+    let mut entries: BTreeMap<(usize, usize), f64> =
+        pattern.iter().zip(own).map(|((row, column), value)| ((*column, *row), value)).collect();
     let (positions, rotations) = poses_of_bodies(state, layout.bodies);
     let place = |body: usize| (positions[body], rotations[body]);
-    for (index, element) in model.elements.iter().enumerate() {
+    for (index, element) in model.elements.iter().enumerate().filter(|(_, element)| element.brings_kinetic()) {
         let states = layout.states_of(index);
-        let states = &state[BODY_STATES * layout.bodies..][states];
-        for ([body, other], part) in mass_of_element(element, &place, states) {
+        let parts = mass_of_element(element, &place, &state[BODY_STATES * layout.bodies..][states]);
+        let share = share(&parts);
+        for ([body, other], part) in parts {
             for (row, column) in (0..6).flat_map(|row| (0..6).map(move |column| (row, column))) {
                 let place = (6 * other + column, 6 * body + row);
                 if place.0 <= place.1 && part[(row, column)] != 0.0 {
-                    *entries.entry(place).or_default() += part[(row, column)];
+                    *entries.entry(place).or_default() += share * part[(row, column)];
                 }
             }
         }
     }
-    Some(entries.into_iter().map(|((column, row), value)| ((row, column), value)).unzip())
+    entries.into_iter().map(|((column, row), value)| ((row, column), value)).unzip()
+}
+
+/// The largest entry of the mass matrix of an element, rotations taken on `length`.
+fn size(parts: &[([usize; 2], Matrix6<f64>)], length: f64) -> f64 {
+    let arm = |k: usize| if k < 3 { 1.0 } else { length };
+    let entries = parts.iter().flat_map(|(_, part)| part.iter().enumerate());
+    entries.fold(f64::MIN_POSITIVE, |most, (k, entry)| most.max(entry.abs() / (arm(k % 6) * arm(k / 6))))
 }
 
 /// A metric without masses in which every body counts differently, aligned as [`mass_values`].
@@ -225,7 +244,8 @@ fn set_velocities(state: &mut [f64], v: &[f64]) {
 
 /// The velocities that are asked for, with rest where nothing is, if that meets the joints: then nothing has to be solved, since
 /// each body has the only velocity it may have, or the one without kinetic energy. `None` where it does not, or where a body's
-/// velocity is given in part. `rows` are evaluated, with their derivatives by time as function 0.
+/// velocity is given in part, or an element with kinetic energy couples one that is free to one that moves. `rows` are evaluated,
+/// with their derivatives by time as function 0.
 pub(in crate::analysis) fn as_asked(rows: &Constraints, model: &Model, state: &[f64]) -> Option<Vec<f64>> {
     let mut v = Vec::with_capacity(6 * model.bodies.len());
     for (body, y) in model.bodies.iter().zip(state.chunks_exact(BODY_STATES)) {
@@ -240,6 +260,15 @@ pub(in crate::analysis) fn as_asked(rows: &Constraints, model: &Model, state: &[
             }
             _ => return None,
         }
+    }
+    let is_free = |body: &usize| model.bodies[*body].velocity[0].is_none();
+    let moves = |body: &usize| v[6 * body..6 * body + 6].iter().any(|v| *v != 0.0);
+    let couples = |element: &Instance| {
+        let bodies = || element.markers.iter().filter_map(|marker| marker.body);
+        element.brings_kinetic() && bodies().any(|body| is_free(&body)) && bodies().any(|body| moves(&body))
+    };
+    if model.elements.iter().any(couples) {
+        return None;
     }
     // Round-off of a component is that of the largest one of its kind.
     let mut largest = [0.0_f64; 2];
