@@ -643,7 +643,7 @@ component = "z"
         )
     };
     let [heavier, light] = [1e-9, 1e-12].map(|mass| try_text(&text(mass), &[]).unwrap());
-    assert!(difference(&column(&light, "z"), &column(&heavier, "z")) < 1e-8);
+    assert!(difference(column(&light, "z"), column(&heavier, "z")) < 1e-8);
     assert_eq!(light.summary.steps, heavier.summary.steps);
 }
 

@@ -125,3 +125,127 @@ fn what_a_bushing_holds_at_rest_costs_few_steps() {
         assert!(report.summary.steps < 1500, "{formulation}: {} steps", report.summary.steps);
     }
 }
+
+fn place(found: &Equilibrium, name: &str) -> [f64; 3] {
+    found.bodies.iter().find(|body| body.body == name).map(|body| body.position).unwrap()
+}
+
+/// A pendulum whose pivot is a bushing: however stiff that is, gravity brings it down. What is left across, in balance beside what round-off
+/// does to the bushing, is not in balance beside gravity.
+#[test]
+fn a_pendulum_on_a_stiff_bushing_hangs_straight() {
+    for (mass, stiffness) in [(1.0, 1e6), (1.0, 1e8), (1e-3, 1e9), (1.0, 1e11)] {
+        for angle in [5e-8_f64, 5e-6, 1e-3, 0.1, 1.5] {
+            let start = [angle.sin(), 0.0, -angle.cos()];
+            let text = head([0.0, 0.0, -9.81])
+                + &body("bob", mass, [0.01 * mass; 3], start)
+                + &format!("orientation = {{ axis = [0, 1, 0], angle = {:?} }}\n", -angle)
+                + &joint("plane", "planar", ["ground", "bob"], [0.0; 3], [0.0, 1.0, 0.0])
+                + &format!(
+                    "[[force]]\nname = \"pivot\"\ntype = \"bushing\"\nbodies = [\"ground\", \"bob\"]\n\
+                     frames = [{{ position = [0, 0, 0] }}, {{ position = [0, 0, 1] }}]\n\
+                     params = {{ stiffness = [{stiffness:e}, {stiffness:e}, {stiffness:e}], rotational_stiffness = [0, 0, 0] }}\n"
+                );
+            let found = rest(&text);
+            let [x, ..] = place(&found, "bob");
+            assert!(x.abs() < 1e-8, "{mass} kg, {stiffness:e} N/m from {angle}: {x:e}");
+            assert!(found.steps < 30, "{mass} kg, {stiffness:e} N/m from {angle}: {} steps", found.steps);
+        }
+    }
+}
+
+/// Three weights on a string of four equal pieces between two hooks. The outer pieces have three times the slope of the inner ones:
+/// 2 l (cos a + cos b) is the distance, with tan a = 3 tan b.
+#[test]
+fn weights_on_a_stiff_string_hang_as_on_one_that_does_not_stretch() {
+    let piece = 0.275_f64;
+    let angles = |w: f64| ((3.0 * w).atan(), w.atan());
+    let (mut low, mut high) = (0.0, 10.0);
+    for _ in 0..200 {
+        let middle = 0.5 * (low + high);
+        let (a, b) = angles(middle);
+        if 2.0 * piece * (a.cos() + b.cos()) > 1.0 { low = middle } else { high = middle }
+    }
+    let (a, b) = angles(low);
+    let outer = -piece * a.sin();
+    for (stiffness, weight) in [(1e8, 1.0), (1e11, 10.0), (1e9, 1e-2), (1e6, 1e-5)] {
+        let mut text = head([0.0, 0.0, -9.81]);
+        let points: Vec<[f64; 3]> = (0..5).map(|k| [0.25 * f64::from(k), 0.0, 0.0]).collect();
+        for (k, x) in [(1, 0.25), (2, 0.5), (3, 0.75)] {
+            let sag = if k == 2 { 0.01 } else { 0.0075 };
+            text += &format!(
+                "[[body]]\nname = \"w{k}\"\nmass = {:e}\nparticle = true\nposition = [{x}, 0, {:?}]\n",
+                weight / 9.81,
+                -sag
+            );
+        }
+        for k in 0..4 {
+            let name = |k: usize| if k == 0 || k == 4 { "ground".to_owned() } else { format!("w{k}") };
+            let at = |k: usize| if k == 0 || k == 4 { points[k] } else { [0.0; 3] };
+            let (one, other) = (at(k), at(k + 1));
+            text += &format!(
+                "[[force]]\nname = \"s{k}\"\ntype = \"translational-spring-damper\"\nbodies = [{:?}, {:?}]\n\
+                 frames = [{{ position = {one:?} }}, {{ position = {other:?} }}]\n\
+                 params = {{ stiffness = {stiffness:e}, free_length = {piece} }}\n",
+                name(k),
+                name(k + 1)
+            );
+        }
+        let found = rest(&text);
+        let (side, middle) = (place(&found, "w1")[2], place(&found, "w2")[2]);
+        let off = (side - outer).abs().max((middle - outer + piece * b.sin()).abs());
+        assert!(off < 1e-7 + 10.0 * weight / stiffness, "{stiffness:e} N/m, {weight:e} N: off by {off:e}");
+        assert!(found.steps < 60, "{stiffness:e} N/m, {weight:e} N: {} steps", found.steps);
+    }
+}
+
+/// Beams along x from a wall, with half of the mass of each at its ends; loads follow.
+fn cantilever(parts: usize, length: f64, young: f64, [area, second_moment]: [f64; 2], density: f64) -> String {
+    let piece = length / parts as f64;
+    let mut text = String::new();
+    for k in 1..=parts {
+        let mass = density * area * piece * if k == parts { 0.5 } else { 1.0 };
+        text += &body(&format!("n{k}"), mass, [mass * piece * piece / 12.0; 3], [piece * k as f64, 0.0, 0.0]);
+        let before = if k == 1 { "ground".to_owned() } else { format!("n{}", k - 1) };
+        text += &format!(
+            "[[force]]\nname = \"b{k}\"\ntype = \"beam\"\nbodies = [{before:?}, \"n{k}\"]\n\
+             frames = [{{ position = [0, 0, 0], axis = [0, 0, 1], x_axis = [1, 0, 0] }}, \
+             {{ position = [0, 0, 0], axis = [0, 0, 1], x_axis = [1, 0, 0] }}]\n\
+             params = {{ length = {piece:e}, young = {young:e}, shear = {shear:e}, area = {area:e}, iy = {second_moment:e}, \
+             iz = {second_moment:e}, torsion = {torsion:e}, ky = 0, kz = 0 }}\n",
+            shear = young / 2.6,
+            torsion = 2.0 * second_moment
+        );
+    }
+    text
+}
+
+/// A load that bends a slender cantilever by a third of itself, over the stiffness, whatever stiffness it has along itself.
+#[test]
+fn a_slender_cantilever_bends_under_any_load() {
+    for (along, load) in [(1e6, 1e-7), (1e8, 1e-3), (1e11, 0.1)] {
+        let text = head([0.0; 3])
+            + &cantilever(8, 1.0, along, [1.0, 1.0 / along], 1.0)
+            + &format!(
+                "[[force]]\nname = \"load\"\ntype = \"vector-force\"\nbodies = [\"ground\", \"n8\"]\nparams = {{ y = {load:e} }}\n"
+            );
+        let found = rest(&text);
+        let [_, y, _] = place(&found, "n8");
+        // Lengths that bend get shorter: by the square.
+        assert!((3.0 * y / load - 1.0).abs() < 1e-6 + 0.2 * load * load, "{along:e}, {load:e}: {y:e}");
+        assert!(found.steps < 30, "{along:e}, {load:e}: {} steps", found.steps);
+    }
+}
+
+/// A steel wire of 0.1 mm hangs by its weight from where it is clamped; its elastica (w L^3 / EI = 15.84, solved as a boundary
+/// value problem to 1e-10) ends at 0.51299 and -0.79537 lengths. Steps along it turn what is stiff.
+#[test]
+fn a_thin_wire_hangs_by_its_weight() {
+    let (d, length) = (1e-4_f64, 0.3);
+    let (area, second_moment) = (std::f64::consts::PI * d * d / 4.0, std::f64::consts::PI * d.powi(4) / 64.0);
+    let text = head([0.0, 0.0, -9.81]) + &cantilever(16, length, 2.1e11, [area, second_moment], 7850.0);
+    let found = rest(&text);
+    let [x, _, z] = place(&found, "n16");
+    assert!((x / length - 0.51299).abs() < 1e-3 && (z / length + 0.79537).abs() < 1e-3, "{x} {z}");
+    assert!(found.steps < 40, "{} steps", found.steps);
+}

@@ -1,17 +1,21 @@
 //! How well a place meets the equations of an equilibrium.
 
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 
 use super::Audit;
-use super::search::{Look, Search};
+use super::search::{GOOD, Look, Search};
 use crate::analysis::{Direction, Function};
 use crate::moves;
 
 /// What round-off leaves: of loads, and of places as a share of the scene's size.
 const LOADS: f64 = 1e-11;
 pub(super) const PLACES: f64 = 1e-13;
+/// How far from balance a place may be along a direction by its stiffness, as a share of the scene's size, whatever the loads.
+const NEAR: f64 = 1e-9;
 /// What is nothing beside no loads at all, 1/s^2.
 const NOTHING: f64 = 1e-30;
+/// Iterations for each singular vector; two or three are what they take.
+const MOST_ITERATIONS: usize = 100;
 
 impl Search<'_> {
     /// How well the equations are met, in what round-off leaves; `fastest`: how fast states changed on the way.
@@ -38,6 +42,15 @@ impl Search<'_> {
         if balance > 1.0 && most(&look.left) <= most(&noise) * noise.len() as f64 {
             let seen = look.freedom.components.transpose() * look.freedom.basis.transpose();
             (balance, which) = share(&(&noise + seen.abs() * &noise));
+        }
+        // Where that is in balance, by its stiffest direction, others may not be.
+        if balance <= GOOD
+            && let Some((along, direction)) = self.along_each(look, &slopes, |k| LOADS * e.sizes[k])
+            && along > balance
+        {
+            balance = along;
+            let part = |body: usize| weigh(&|k| direction[k] / e.scales[k].powi(2), body);
+            which = (0..self.layout.bodies).max_by(|a, b| part(*a).total_cmp(&part(*b))).unwrap_or(which);
         }
         let state = |k: usize| inputs[self.layout.state_slot() + self.local.states()[k]];
         let (by_states, by_places) =
@@ -67,5 +80,36 @@ impl Search<'_> {
         let rows = moves::violation(&jacobian, &values, &e.scales).0 / self.length;
         let body = self.session.model.bodies.get(which).map_or_else(String::new, |body| body.name.clone());
         Ok(Audit { balance, body, rows, states })
+    }
+
+    /// The largest share of what round-off leaves that a load has along a direction of its own stiffness (singular vectors of the stiffness
+    /// of free motions), or of what moves the place by [`NEAR`], if that is less; and that direction, six displacements for each body.
+    /// `noise`: of the loads, six for each body. `None` where nothing moves.
+    fn along_each(
+        &self,
+        look: &Look,
+        slopes: &DMatrix<f64>,
+        noise: impl Fn(usize) -> f64,
+    ) -> Option<(f64, DVector<f64>)> {
+        let basis = &look.freedom.basis;
+        if basis.ncols() == 0 {
+            return None;
+        }
+        let pull = basis.transpose() * &look.left;
+        let by_places = basis.transpose() * slopes * DMatrix::from_diagonal(&look.expansion.scales);
+        let stiffness = basis.transpose() * slopes * basis;
+        let found = stiffness.try_svd(true, false, f64::EPSILON, MOST_ITERATIONS * basis.ncols())?;
+        let directions = found.u?;
+        let share = |k: usize| {
+            let direction = directions.column(k);
+            let moved = basis * direction;
+            let of_loads: f64 = moved.iter().enumerate().map(|(k, part)| part.abs() * noise(k)).sum();
+            let of_places = PLACES * self.length * (direction.transpose() * &by_places).lp_norm(1);
+            let near = NEAR * self.length * found.singular_values[k];
+            direction.dot(&pull).abs() / (of_loads + of_places).max(near).max(f64::MIN_POSITIVE)
+        };
+        let all = (0..directions.ncols()).map(|k| (share(k), k));
+        let (share, worst) = all.max_by(|a, b| a.0.total_cmp(&b.0))?;
+        Some((share, basis * directions.column(worst)))
     }
 }
