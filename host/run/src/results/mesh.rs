@@ -66,10 +66,33 @@ fn stl(bytes: &[u8]) -> Result<Found, String> {
     if is_binary && let Some(first) = bytes.first_mut() {
         *first = 0;
     }
-    let mesh = stl_io::read_stl(&mut Cursor::new(bytes)).map_err(|error| format!("it is no STL file: {error}"))?;
-    let vertices = mesh.vertices.iter().flat_map(|vertex| vertex.0).collect();
-    let corners = mesh.faces.iter().flat_map(|face| face.vertices).map(u32::try_from);
-    Ok((vertices, corners.collect::<Result<_, _>>().map_err(|_| "it has too many corners")?))
+    let (mut vertices, mut triangles) = (Vec::new(), Vec::new());
+    for solid in if is_binary { vec![bytes] } else { solids(&bytes) } {
+        let mesh = stl_io::read_stl(&mut Cursor::new(solid)).map_err(|error| format!("it is no STL file: {error}"))?;
+        let first = vertices.len() / 3;
+        vertices.extend(mesh.vertices.iter().flat_map(|vertex| vertex.0));
+        let corners = mesh.faces.iter().flat_map(|face| face.vertices).map(|corner| u32::try_from(first + corner));
+        triangles.extend(corners.collect::<Result<Vec<_>, _>>().map_err(|_| "it has too many corners")?);
+    }
+    Ok((vertices, triangles))
+}
+
+/// The solids of a text, which may have several, with their words as the library reads them; the whole text where it has none.
+fn solids(bytes: &[u8]) -> Vec<Vec<u8>> {
+    let text = String::from_utf8_lossy(bytes).to_lowercase();
+    let mut solids = vec![Vec::new()];
+    for line in text.lines().map(str::trim).filter(|line| !line.is_empty()) {
+        let solid = solids.last_mut().expect("there is one at least");
+        solid.extend_from_slice(line.as_bytes());
+        solid.push(b'\n');
+        if line.starts_with("endsolid") {
+            solids.push(Vec::new());
+        }
+    }
+    if solids.len() > 1 && solids.last().is_some_and(Vec::is_empty) {
+        solids.pop();
+    }
+    solids
 }
 
 fn obj(bytes: &[u8]) -> Result<Found, String> {

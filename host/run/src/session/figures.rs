@@ -39,7 +39,7 @@ fn figures(scene: &Scene, times: &[f64], columns: &[Vec<f64>], channels: &[Chann
     for record in &scene.figures {
         let find =
             |name: &str| names.iter().position(|n| n == name).ok_or_else(|| format!("there is no output `{name}`"));
-        let figure = || -> Result<(Figure, usize), String> {
+        let figure = || -> Result<Figure, String> {
             let channel = find(&record.channel.value)?;
             let take = match record.take {
                 crate::scene::Take::Peak => Take::Peak,
@@ -63,19 +63,18 @@ fn figures(scene: &Scene, times: &[f64], columns: &[Vec<f64>], channels: &[Chann
             };
             let over = record.over.as_ref().map(|name| find(&name.value)).transpose()?;
             let from = record.from.map(|t| t / unit);
-            Ok((Figure { channel, take, absolute: record.absolute, over, from }, channel))
+            Ok(Figure { channel, take, absolute: record.absolute, over, from })
         };
-        let computed = figure().and_then(|(figure, channel)| {
-            let value = figure.compute(&samples).map_err(|error| error.to_string())?;
-            Ok((value, channel))
-        });
-        let own_unit = |channel: usize| {
-            if record.over.is_some() { String::new() } else { channels[channel].unit.clone() }
+        let computed = figure().and_then(|figure| figure.compute(&samples).map_err(|error| error.to_string()));
+        let (value, problem) = match computed {
+            Ok(value) => (Some(value), None),
+            Err(problem) => (None, Some(problem)),
         };
-        let (value, unit, problem) = match computed {
-            Ok((value, channel)) if record.unit.value.is_empty() => (Some(value), own_unit(channel), None),
-            Ok((value, _)) => (Some(value), record.unit.value.clone(), None),
-            Err(problem) => (None, record.unit.value.clone(), Some(problem)),
+        // Also where it has no value.
+        let own = channels.iter().find(|channel| channel.name == record.channel.value);
+        let unit = match own {
+            Some(own) if record.unit.value.is_empty() && record.over.is_none() => own.unit.clone(),
+            _ => record.unit.value.clone(),
         };
         results.push(FigureResult {
             name: record.name.value.clone(),

@@ -155,6 +155,10 @@ impl Runner {
         }
     }
 
+    fn over_the_limit(&self) -> String {
+        format!("over the limit of {} s", self.settings.limit.as_secs_f64())
+    }
+
     /// The reference of a scene, from the folder where it is kept or computed.
     fn reference(&self, path: &Path, name: &str, session: &Session) -> Result<Reference, String> {
         let fingerprint = session.fingerprint();
@@ -190,6 +194,7 @@ impl Runner {
                     let samples = precise.as_ref().map_err(Clone::clone);
                     match samples.and_then(|samples| Reference::precise(samples, run, &natural(run))) {
                         Ok(reference) => return Ok(reference),
+                        Err(_) if Instant::now() >= deadline => no_more = self.over_the_limit(),
                         Err(reason) => no_more = reason,
                     }
                 }
@@ -292,7 +297,7 @@ impl Runner {
         let report = session.run(None, watch, &stop).map_err(|error| error.render(false))?;
         let summary = &report.summary;
         if stop.load(Ordering::Relaxed) {
-            return Err(format!("over the limit of {} s", self.settings.limit.as_secs_f64()));
+            return Err(self.over_the_limit());
         }
         if !summary.status.reached_end() {
             let (reached, unit) = (summary.t_end_reached, &summary.time_unit);

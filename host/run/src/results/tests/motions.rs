@@ -198,6 +198,27 @@ fn meshes_are_read_from_stl_and_obj() {
 }
 
 #[test]
+fn a_text_has_any_number_of_solids() {
+    let solid = |x: f32| {
+        format!(
+            "solid part at {x}\nfacet normal 0 0 1\nouter loop\nvertex {x} 0 0\nvertex {x} 1 0\nvertex {x} 0 1E0\nendloop\nendfacet\nendsolid\n"
+        )
+    };
+    let folder = Scratch::new("motion-solids");
+    let path = folder.join("a.stl");
+    let read = |text: String| {
+        std::fs::write(&path, text).unwrap();
+        Mesh::read(&path, 1.0)
+    };
+    let mesh = read(solid(0.0) + "\n" + &solid(5.0).to_uppercase() + &solid(7.0)).unwrap();
+    assert_eq!(mesh.triangles, (0..9).collect::<Vec<u32>>());
+    let along_x: Vec<f32> = mesh.vertices.iter().copied().step_by(3).collect();
+    assert_eq!(along_x, [0.0, 0.0, 0.0, 5.0, 5.0, 5.0, 7.0, 7.0, 7.0]);
+    let half = solid(5.0);
+    assert!(read(solid(0.0) + &half[..half.len() / 2]).unwrap_err().contains("no STL file"));
+}
+
+#[test]
 fn what_is_no_mesh_is_refused_with_a_reason() {
     let folder = Scratch::new("motion-no-mesh");
     let refused = |name: &str, bytes: &[u8]| {
