@@ -249,3 +249,42 @@ fn a_thin_wire_hangs_by_its_weight() {
     assert!((x / length - 0.51299).abs() < 1e-3 && (z / length + 0.79537).abs() < 1e-3, "{x} {z}");
     assert!(found.steps < 40, "{} steps", found.steps);
 }
+
+/// An arm whose weight a spring without free length bears at any angle, k h = m g, beside a very soft torsion spring: the arm goes all the
+/// way to where that relaxes, though its torque is next to nothing beside the weight and steps are at most 0.2 rad.
+#[test]
+fn what_is_balanced_at_any_angle_follows_the_softest_spring() {
+    for rest_angle in [-3.0, -1.0, 0.5] {
+        let text = head([0.0, 0.0, -9.81])
+            + &body("arm", 1.0, [0.1; 3], [1.0, 0.0, 0.0])
+            + &joint("hinge", "revolute", ["ground", "arm"], [0.0; 3], [0.0, 1.0, 0.0])
+            + &spring("balancer", ["ground", "arm"], [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0]], [9.81, 0.0, 0.0])
+            + &format!(
+                "[[force]]\nname = \"soft\"\ntype = \"rotational-spring-damper\"\nbodies = [\"ground\", \"arm\"]\npoint = [0, 0, 0]\n\
+                 axis = [0, 1, 0]\nparams = {{ stiffness = 1e-8, free_angle = {rest_angle:?} }}\n\
+                 [[output]]\nname = \"angle\"\nquantity = \"coordinate\"\nof = \"hinge\"\n"
+            );
+        let found = rest(&text);
+        assert!(
+            (found.outputs[0].value - rest_angle).abs() < 1e-6,
+            "{} instead of {rest_angle}",
+            found.outputs[0].value
+        );
+        assert!(found.steps < 60, "{} steps", found.steps);
+    }
+}
+
+/// A filter of a day beside a spring of 1e9 N m/rad: states have steps of their own.
+#[test]
+fn slow_states_come_to_rest_beside_stiff_springs() {
+    let text = "[plugins]\nlibraries = [\"joints\", \"forces\", \"controls\"]\n[simulation]\ngravity = [0, 0, -9.81]\nt_end = 1\noutput_step = 0.1\n".to_owned()
+        + &body("arm", 1.0, [0.1; 3], [1.0, 0.0, 0.0])
+        + &joint("hinge", "revolute", ["ground", "arm"], [0.0; 3], [0.0, 1.0, 0.0])
+        + "[[force]]\nname = \"stiff\"\ntype = \"rotational-spring-damper\"\nbodies = [\"ground\", \"arm\"]\npoint = [0, 0, 0]\n\
+           axis = [0, 1, 0]\nparams = { stiffness = 1e9 }\n\
+           [[control]]\nname = \"lag\"\ntype = \"sensor\"\ninputs = { input = 1.0 }\nparams = { time_constant = 86400.0 }\n\
+           [[output]]\nname = \"y\"\nquantity = \"value\"\nof = \"lag\"\n";
+    let found = rest(&text);
+    assert!((found.outputs[0].value - 1.0).abs() < 1e-9, "{}", found.outputs[0].value);
+    assert!(found.steps < 60, "{} steps", found.steps);
+}

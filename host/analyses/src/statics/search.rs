@@ -18,6 +18,8 @@ const WIDEST: f64 = 0.2;
 /// Steps to an equilibrium, and attempts at each.
 const MOST_STEPS: usize = 600;
 const MOST_ATTEMPTS: usize = 40;
+/// Size, s^2, from which on states are where their rates are zero, however slow they are.
+const SLOWEST: f64 = 1e24;
 /// How much longer a step may be than the one before.
 const GROWTH: f64 = 4.0;
 /// Share of the longest step that one is made to take which would be longer.
@@ -26,6 +28,12 @@ const NEARLY: f64 = 0.9;
 const SHORTER: f64 = 0.95;
 /// So many steps in turn that are about as long as they may be go where nothing holds.
 const ONWARD: usize = 50;
+/// Share of the best so far below which a place is better.
+const BETTER: f64 = 0.9;
+/// Steps that are as long as they can be and gain nothing after which round-off is all that is left.
+const MOST_IDLE: usize = 2;
+/// The same of steps that are held short.
+const MOST_HELD: usize = 60;
 /// What must be met at last, in these.
 pub(super) const GOOD: f64 = 100.0;
 /// Violation of rows, as a share of the scene's size, that Newton steps continue from.
@@ -70,6 +78,8 @@ struct Step {
     look: Look,
     size: f64,
     reach: f64,
+    /// Whether the next may be longer: it says little of what steps can still gain.
+    held: bool,
 }
 
 /// What is known at a place.
@@ -93,6 +103,8 @@ struct System<'l> {
     mass: DMatrix<f64>,
     /// What is left, and rates of states.
     right: DVector<f64>,
+    /// Size beyond which masses stay as they are: directions without stiffness keep some of theirs.
+    most: f64,
 }
 
 impl<'l> System<'l> {
@@ -113,7 +125,8 @@ impl<'l> System<'l> {
         let mut right = DVector::zeros(q + s);
         right.rows_mut(0, q).copy_from(&(basis.transpose() * &look.left));
         right.rows_mut(q, s).copy_from(&look.rates);
-        Self { look, moved, stiffness, mass, right }
+        let stiffest = (0..q).map(|k| stiffness[(k, k)].abs() / mass[(k, k)]).fold(f64::MIN_POSITIVE, f64::max);
+        Self { look, moved, stiffness, mass, right, most: (1e14 / stiffest).min(1e100) }
     }
 
     /// Displacements, six for each body, and changes of states in a step of some size, which has `gone` so far already.
@@ -122,12 +135,13 @@ impl<'l> System<'l> {
         let (q, s) = (basis.ncols(), self.look.rates.len());
         let mut system = -self.stiffness.clone();
         let mut inertia = system.view_mut((0, 0), (q, q));
-        inertia += &self.mass / size;
+        let of_masses = size.min(self.most);
+        inertia += &self.mass / of_masses;
         (0..s).for_each(|k| system[(q + k, q + k)] += 1.0 / size.sqrt());
         let mut right = self.right.clone();
         if let Some((step, states)) = gone {
             let mut pull = right.rows_mut(0, q);
-            pull -= basis.transpose() * (&self.look.expansion.mass * step) / size;
+            pull -= basis.transpose() * (&self.look.expansion.mass * step) / of_masses;
             let mut rates = right.rows_mut(q, s);
             rates -= states / size.sqrt();
         }
@@ -254,7 +268,8 @@ impl<'s> Search<'s> {
         let begin = inputs.clone();
         let (mut changes, mut onward) = (0, 0);
         let mut size: Option<f64> = None;
-        let (mut best, mut before) = ((f64::INFINITY, 0), 0.0);
+        let (mut best, mut before) = (f64::INFINITY, 0.0);
+        let (mut idle, mut held) = (0, 0);
         let mut look = self.look(&mut inputs)?;
         let mut fastest = look.rates.abs();
         let mut lively = 0.0;
@@ -267,11 +282,11 @@ impl<'s> Search<'s> {
             let audit = self.audit(&look, &inputs, &fastest)?;
             let worst = audit.balance.max(audit.states);
             progress((1.0 - (worst.max(1.0)).log10() / 16.0).clamp(0.0, 1.0));
-            if worst < 0.5 * best.0 {
-                best = (worst, steps);
+            if worst < BETTER * best {
+                (best, idle, held) = (worst, 0, 0);
             }
             // Where nothing is gained any more, round-off is all that is left.
-            let stuck = worst <= GOOD && steps > best.1 + 2;
+            let stuck = worst <= GOOD && (idle > MOST_IDLE || held > MOST_HELD);
             // Steps continue to round-off: soft directions are far from balance where loads are near it.
             let gains = worst < GAINS * before;
             before = worst;
@@ -293,7 +308,7 @@ impl<'s> Search<'s> {
                     let closed = self.closed.iter().copied().filter(|one| *one != pulling).collect();
                     self.close(closed);
                     look = self.look(&mut inputs)?;
-                    (size, best) = (None, (f64::INFINITY, steps));
+                    (size, best, idle, held) = (None, f64::INFINITY, 0, 0);
                     continue;
                 }
                 if let Some(body) = self.fastest(&look.left).filter(|body| body.1 > SUDDEN * lively) {
@@ -309,6 +324,7 @@ impl<'s> Search<'s> {
             };
             (inputs, look) = (next.inputs, next.look);
             size = Some(next.size * GROWTH);
+            *(if next.held { &mut held } else { &mut idle }) += 1;
             onward = if next.reach > 1.0 / GROWTH { onward + 1 } else { 0 };
             let gaps = self.gap_values(&inputs)?;
             let struck: Vec<usize> =
@@ -324,7 +340,7 @@ impl<'s> Search<'s> {
                 self.close(closed);
                 self.project(&mut inputs)?;
                 look = self.look(&mut inputs)?;
-                (size, best) = (None, (f64::INFINITY, steps));
+                (size, best, idle, held) = (None, f64::INFINITY, 0, 0);
             }
             let away = |body: usize| {
                 let at = self.layout.body_slot(body, 0);
@@ -444,18 +460,19 @@ impl<'s> Search<'s> {
             return Err("nothing can move, and reactions cannot hold the loads to round-off".into());
         }
         let system = System::of(look);
-        let System { stiffness, mass, .. } = &system;
         let pull = system.right.rows(0, q);
-        let fastest = (0..q).map(|k| pull[k].abs() / mass[(k, k)]).fold(0.0, f64::max);
+        let fastest = (0..q).map(|k| pull[k].abs() / system.mass[(k, k)]).fold(0.0, f64::max);
         let mut size = size.unwrap_or_else(|| if fastest > 0.0 { LONGEST * self.length / fastest } else { 1.0 });
-        // Directions without stiffness keep some of their mass.
-        let stiffest = (0..q).map(|k| stiffness[(k, k)].abs() / mass[(k, k)]).fold(f64::MIN_POSITIVE, f64::max);
-        size = size.min(1e14 / stiffest).min(1e100);
+        let whole = if s > 0 { SLOWEST.max(system.most) } else { system.most };
+        size = size.min(whole);
+        let asked = size;
+        let most = system.most;
+        let shorter = |size: f64| size.min(most) / GROWTH;
         let mut why = String::from("no step leads on");
         let mut reached = f64::INFINITY;
         for _ in 0..MOST_ATTEMPTS {
             let Some((step, states)) = system.solve(size, None) else {
-                size /= GROWTH;
+                size = shorter(size);
                 continue;
             };
             let (reach, far, wide) = self.length_of(&step);
@@ -463,7 +480,7 @@ impl<'s> Search<'s> {
                 // What nothing holds moves in proportion. Beyond a size at which mass outweighs a stiffness that drives away, steps
                 // are as long whatever their size.
                 let share = if reach < SHORTER * reached { NEARLY / reach } else { 0.0 };
-                (size, reached) = (size * share.max(1.0 / GROWTH), reach);
+                (size, reached) = (size.min(most) * share.max(1.0 / GROWTH), reach);
                 why = format!("steps of {far:.1e} m and {wide:.1e} rad do not get shorter");
                 continue;
             }
@@ -472,7 +489,7 @@ impl<'s> Search<'s> {
             let (next, after) = match self.moved(&from, &step) {
                 Ok(moved) => moved,
                 Err(reason) => {
-                    (why, size) = (reason, size / GROWTH);
+                    (why, size) = (reason, shorter(size));
                     continue;
                 }
             };
@@ -485,7 +502,7 @@ impl<'s> Search<'s> {
                 let element = self.layout.element_of_state(self.local.states()[k]);
                 let name = &self.session.model.elements[element].name;
                 why = format!("the rate of a state of `{name}` jumps where it would be zero");
-                size /= GROWTH;
+                size = shorter(size);
                 continue;
             }
             // Work done on the way: what is left must not turn against the step by more than it pushed it, be it that states follow it
@@ -505,10 +522,11 @@ impl<'s> Search<'s> {
                     return Ok(turned);
                 }
                 why = "loads oppose every step, however short: they have no balance near".into();
-                size /= GROWTH;
+                size = shorter(size);
                 continue;
             }
-            return Ok(Step { inputs: next, look: after, size, reach });
+            let held = reach > 1.0 / GROWTH || (asked..whole).contains(&size);
+            return Ok(Step { inputs: next, look: after, size, reach, held });
         }
         Err(why)
     }
@@ -533,7 +551,7 @@ impl<'s> Search<'s> {
                 return None;
             }
             if is_good(&step, &look) {
-                return Some(Step { inputs, look, size, reach });
+                return Some(Step { inputs, look, size, reach, held: true });
             }
         }
         None
