@@ -349,7 +349,8 @@ impl<'s> Search<'s> {
             if let Some(body) = (0..self.layout.bodies).find(|body| away(*body)) {
                 let name = &self.session.model.bodies[body].name;
                 return Err(format!(
-                    "nothing holds `{name}`: it goes away further than {AWAY} times the size of the scene"
+                    "nothing holds `{name}`: it goes away further than {AWAY} times the size of the scene; if something weak holds it \
+                     beyond, begin nearer to there"
                 ));
             }
         }
