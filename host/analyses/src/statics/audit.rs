@@ -96,8 +96,9 @@ impl Search<'_> {
             return None;
         }
         let pull = basis.transpose() * &look.left;
-        let by_places = basis.transpose() * slopes * DMatrix::from_diagonal(&look.expansion.scales);
-        let stiffness = basis.transpose() * slopes * basis;
+        let by_places = basis.transpose() * slopes;
+        let stiffness = &by_places * basis;
+        let by_places = by_places * DMatrix::from_diagonal(&look.expansion.scales);
         let found = stiffness.try_svd(true, false, f64::EPSILON, MOST_ITERATIONS * basis.ncols())?;
         let directions = found.u?;
         let share = |k: usize| {

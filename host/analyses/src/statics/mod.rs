@@ -11,6 +11,7 @@ mod audit;
 mod friction;
 mod places;
 mod search;
+mod step;
 
 use std::collections::VecDeque;
 
